@@ -1,7 +1,7 @@
 """What all tests share: bounded threads, reproducible random numbers, and a lid on skips.
 
-Shapes and types are checked by jaxtyping and `tests/typechecker.py`, switched on in pyproject.toml so that the doctests
-of src/ are checked as well.
+Shapes and types are checked by jaxtyping and beartype, switched on in pyproject.toml so that the doctests of src/ are
+checked as well.
 """
 
 import os
