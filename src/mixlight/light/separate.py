@@ -1,0 +1,215 @@
+"""Separation of a panorama into sources and ambient light by luminance, weighted by solid angle.
+
+Two rules, both with their fraction as a parameter:
+
+- ``top_fraction``: the brightest texels that together cover a fraction of the sphere (the paper's prose).
+- ``max_fraction``: the texels above a fraction of the brightest one's luminance (the lineage the paper cites:
+  Gardner 2019, EMLight).
+
+Either is a threshold on luminance, so that equal texels share their fate and a turned panorama gives the
+turned mask. A texel at the panorama's lowest luminance is never a source: an even panorama is all ambient,
+and so is the dark surround of a few small lamps that do not fill the fraction.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Literal, get_args
+
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor
+
+from mixlight.sphere.equirect import check, solid_angle
+
+Method = Literal["top_fraction", "max_fraction"]
+
+REC709 = (0.2126, 0.7152, 0.0722)
+"""Luminance weights of linear Rec.709 red, green and blue."""
+
+_BAND = 1 << 18
+"""Texels in a band of rows: small enough for the processor's cache, so that a pass costs one read of the
+panorama."""
+
+
+def luminance(rgb: Float[Tensor, "*batch 3"]) -> Float[Tensor, "*batch"]:
+    """Luminance of linear Rec.709 colours, .2126 R + .7152 G + .0722 B.
+
+    Convention: white (1, 1, 1) has the luminance 1.
+
+    Raises:
+        ValueError: the last axis is not 3.
+
+    >>> luminance(torch.tensor([0.0, 1.0, 0.0]))
+    tensor(0.7152)
+    """
+    if rgb.shape[-1] != 3:
+        raise ValueError(f"rgb: expected a last axis of 3, received shape {tuple(rgb.shape)}")
+    # One plain operation after the other, never a matrix product: a texel's last bit must not depend on
+    # its neighbours.
+    return rgb[..., 0] * REC709[0] + rgb[..., 1] * REC709[1] + rgb[..., 2] * REC709[2]
+
+
+def threshold(
+    panorama: Float[Tensor, "*batch height width 3"],
+    method: Method = "top_fraction",
+    fraction: float = 0.05,
+) -> Float[Tensor, "*batch"]:
+    """Luminance from which on a texel is a source, in single precision (at least).
+
+    For ``top_fraction`` it is the highest luminance t such that the texels with luminance >= t cover at least
+    the fraction of the sphere; found exactly by counting the values' bit patterns in two rounds, without a
+    sort. For ``max_fraction`` it is that fraction of the largest luminance. Always above the lowest
+    luminance.
+
+    Args:
+        panorama: radiance, 2:1, finite, >= 0.
+        method: the rule.
+        fraction: of the sphere's solid angle, or of the largest luminance; above 0 and below 1.
+
+    Raises:
+        ValueError: no such panorama, method or fraction.
+
+    >>> panorama = torch.ones(8, 16, 3)
+    >>> panorama[3, 4] = 50.0
+    >>> threshold(panorama, "max_fraction", 0.1)
+    tensor(5.0000)
+    """
+    check(panorama)
+    _check_rule(method, fraction)
+    height, width = panorama.shape[-3:-1]
+    flat = panorama.reshape(-1, height, width, 3)
+    found = [
+        _top_threshold(one, fraction) if method == "top_fraction" else _max_threshold(one, fraction)
+        for one in flat
+    ]
+    return torch.tensor(found, dtype=torch.float32, device=panorama.device).reshape(panorama.shape[:-3])
+
+
+def source_mask(
+    panorama: Float[Tensor, "*batch height width 3"],
+    method: Method = "top_fraction",
+    fraction: float = 0.05,
+) -> Bool[Tensor, "*batch height width"]:
+    """Which texels are light sources: those with a luminance of at least `threshold`.
+
+    Raises:
+        ValueError: no such panorama, method or fraction.
+
+    >>> panorama = torch.ones(8, 16, 3)
+    >>> panorama[3, 4] = 50.0
+    >>> source_mask(panorama).nonzero().tolist()
+    [[3, 4]]
+    """
+    limits = threshold(panorama, method, fraction)
+    return luminance(_single(panorama)).float() >= limits[..., None, None]
+
+
+def separate(
+    panorama: Float[Tensor, "*batch height width 3"],
+    method: Method = "top_fraction",
+    fraction: float = 0.05,
+) -> tuple[Float[Tensor, "*batch height width 3"], Float[Tensor, "*batch height width 3"]]:
+    """Sources and ambient part of a panorama, each 0 where the other is not; their sum is the panorama
+    exactly.
+
+    The removed sources leave holes of 0 in the ambient part: with them SH(ambient) + SG(sources) holds the
+    total energy; an inpainted ambient part would not.
+
+    Raises:
+        ValueError: no such panorama, method or fraction.
+
+    >>> panorama = torch.ones(8, 16, 3)
+    >>> panorama[3, 4] = 50.0
+    >>> sources, ambient = separate(panorama)
+    >>> float(sources.sum()), float(ambient.sum())
+    (150.0, 381.0)
+    """
+    mask = source_mask(panorama, method, fraction)[..., None]
+    zero = torch.zeros((), dtype=panorama.dtype, device=panorama.device)
+    return torch.where(mask, panorama, zero), torch.where(mask, zero, panorama)
+
+
+def bands(panorama: Float[Tensor, "height width 3"]) -> Iterator[tuple[int, Float[Tensor, "rows width 3"]]]:
+    """Bands of rows of one panorama with the number of their first row, in single precision at least.
+
+    Whole passes over a 16384x8192 panorama thus need no temporary of its size.
+
+    >>> [start for start, rows in bands(torch.zeros(1024, 2048, 3))][:3]
+    [0, 128, 256]
+    """
+    height, width = panorama.shape[:2]
+    step = max(1, _BAND // width)
+    for start in range(0, height, step):
+        yield start, _single(panorama[start : start + step])
+
+
+def _max_threshold(panorama: Tensor, fraction: float) -> float:
+    lowest, highest = math.inf, 0.0
+    for _, rows in bands(panorama):
+        low, high = torch.aminmax(luminance(rows))
+        lowest, highest = min(lowest, float(low)), max(highest, float(high))
+    return _above(fraction * highest, lowest)
+
+
+def _top_threshold(panorama: Tensor, fraction: float) -> float:
+    """Radix selection: non-negative floats are ordered as their bit patterns are, so the upper and then the
+    lower half of the pattern index a histogram of solid angle.
+    """
+    height, width = panorama.shape[:2]
+    weight = solid_angle(height, width, dtype=torch.float64, device=panorama.device)
+    target = fraction * 4 * math.pi
+    upper = torch.zeros(1 << 15, dtype=torch.float64, device=panorama.device)
+    lowest = math.inf
+    for start, rows in bands(panorama):
+        level = _bits(rows)
+        lowest = min(lowest, _value(int(level.min())))
+        upper += torch.bincount(
+            (level >> 16).reshape(-1), weight[start : start + len(rows)].reshape(-1), len(upper)
+        )
+    high, missing = _crossing(upper, target)
+    lower = torch.zeros(1 << 16, dtype=torch.float64, device=panorama.device)
+    for start, rows in bands(panorama):
+        level = _bits(rows)
+        chosen = (level >> 16) == high
+        lower += torch.bincount(level[chosen] & 0xFFFF, weight[start : start + len(rows)][chosen], len(lower))
+    low, _ = _crossing(lower, missing)
+    return _above(_value(high << 16 | low), lowest)
+
+
+def _crossing(histogram: Tensor, target: float) -> tuple[int, float]:
+    """The highest bin down to which, from the top, the histogram sums to the target, and what is missing
+    before it.
+    """
+    total = histogram.flip(0).cumsum(0)
+    # The sum over the sphere itself may fall short of 4 pi by a rounding error.
+    place = min(int(torch.searchsorted(total, target)), int(histogram.flip(0).nonzero().max()))
+    before = float(total[place - 1]) if place else 0.0
+    return len(histogram) - 1 - place, target - before
+
+
+def _bits(rows: Tensor) -> Tensor:
+    """Bit patterns of the luminance in float32 (+ 0 turns a negative zero into a positive one)."""
+    return (luminance(rows).float() + 0.0).view(torch.int32)
+
+
+def _value(bits: int) -> float:
+    return float(torch.tensor(bits, dtype=torch.int32).view(torch.float32))
+
+
+def _above(value: float, lowest: float) -> float:
+    """The value as float32, or the next one above the lowest where it does not lie above."""
+    single = torch.tensor([value, lowest], dtype=torch.float32)
+    if single[0] > single[1]:
+        return float(single[0])
+    return float(torch.nextafter(single[1], torch.tensor(math.inf)))
+
+
+def _single(tensor: Tensor) -> Tensor:
+    return tensor.to(torch.promote_types(tensor.dtype, torch.float32))
+
+
+def _check_rule(method: str, fraction: float) -> None:
+    if method not in get_args(Method):
+        raise ValueError(f"separation: expected one of {', '.join(get_args(Method))}, received {method!r}")
+    if not 0 < fraction < 1:
+        raise ValueError(f"fraction: expected a number above 0 and below 1, received {fraction!r}")
