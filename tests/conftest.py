@@ -1,7 +1,7 @@
 """What all tests share: bounded threads, reproducible random numbers, and a lid on skips.
 
-Shapes and types are checked by jaxtyping and beartype, switched on in pyproject.toml so that the doctests of src/ are
-checked as well.
+Shapes and types are checked by jaxtyping and beartype, switched on in pyproject.toml so that the doctests of
+src/ are checked as well.
 """
 
 import os
@@ -13,7 +13,9 @@ import pytest
 ALLOWED_SKIPS = 0
 """Tests that CI may skip. Raise it only together with the reason for the new skip."""
 
-hypothesis.settings.register_profile("mixlight", deadline=None, max_examples=25, derandomize=True, database=None)
+hypothesis.settings.register_profile(
+    "mixlight", deadline=None, max_examples=25, derandomize=True, database=None
+)
 hypothesis.settings.load_profile("mixlight")
 
 
@@ -46,4 +48,6 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     skipped = [str(report.longrepr) for report in reporter.stats.get("skipped", [])]
     if len(skipped) > ALLOWED_SKIPS:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
-        reporter.write_line(f"{len(skipped)} tests skipped, {ALLOWED_SKIPS} allowed (tests/conftest.py)", red=True)
+        reporter.write_line(
+            f"{len(skipped)} tests skipped, {ALLOWED_SKIPS} allowed (tests/conftest.py)", red=True
+        )

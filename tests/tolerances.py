@@ -1,7 +1,7 @@
 """The one table of tolerances: `torch.testing.assert_close(actual, expected, **TOLERANCE[torch.float32])`.
 
-float16 and bfloat16 hold 11 and 8 significant bits, float32 24, float64 53. The entries leave room for sums over
-a map of about 10^4 texels. A test that needs more room than this says why beside its number.
+float16 and bfloat16 hold 11 and 8 significant bits, float32 24, float64 53. The entries leave room for sums
+over a map of about 10^4 texels. A test that needs more room than this says why beside its number.
 """
 
 from typing import TypedDict

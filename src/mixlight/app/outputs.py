@@ -1,0 +1,118 @@
+"""The files of one result, all or none: a folder is built under a hidden name and renamed when complete."""
+
+import contextlib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from torch import Tensor
+
+from mixlight import __version__
+from mixlight.image import exr, ldr, radiance
+from mixlight.light import document
+from mixlight.light.lighting import Lighting
+
+__all__ = ["FILES", "replaced_folder", "write_result"]
+
+FILES = ("environment.exr", "environment.hdr", "lighting.json", "preview.png", "fit.json")
+"""The names that belong to us: a new result replaces them, and leaves all other files of the folder alone."""
+
+
+@contextlib.contextmanager
+def replaced_folder(folder: Path) -> Iterator[Path]:
+    """Gives a hidden new folder beside `folder`, which takes its place when the block ends and vanishes when
+    it fails.
+
+    An older `folder` stays untouched until the new one is complete. Files in it that are not ours (see
+    `FILES`) are carried over, whatever they are.
+
+    Raises:
+        OSError: the folder's parent cannot be written to, or `folder` is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(20, "Expected a folder or nothing, received a file", str(folder))
+    fresh = folder.with_name(f".{folder.name}.{os.getpid()}.new")
+    stale = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    fresh.mkdir()
+    try:
+        yield fresh
+        if folder.exists():
+            folder.rename(stale)
+            try:
+                fresh.rename(folder)
+            except BaseException:
+                stale.rename(folder)
+                raise
+            for entry in stale.iterdir():
+                if entry.name not in FILES:
+                    entry.rename(folder / entry.name)
+            shutil.rmtree(stale)
+        else:
+            fresh.rename(folder)
+    except BaseException:
+        shutil.rmtree(fresh, ignore_errors=True)
+        raise
+
+
+def write_result(
+    folder: Path,
+    lighting: Lighting,
+    environment: Float[Tensor, "height width 3"],
+    preview: UInt8[np.ndarray, "rows columns 3"],
+    *,
+    photo: Mapping[str, Any] | None = None,
+    model: Mapping[str, Any] | None = None,
+    reports: Mapping[str, Mapping[str, Any]] | None = None,
+) -> None:
+    """Write `environment.exr`, `environment.hdr`, `lighting.json`, `preview.png` and the given reports, all
+    or none.
+
+    Args:
+        folder: where the files go; its parent exists.
+        lighting: the light, as `lighting.json` holds it.
+        environment: linear Rec.709 radiance of `lighting` in its frame.
+        preview: 8-bit sRGB picture.
+        photo: what `lighting.json` says of the photo.
+        model: the model's card; its name goes into the maps' headers.
+        reports: name of a further JSON file -> what it holds.
+
+    Raises:
+        ValueError: the light cannot be written (NaN, for instance).
+        OSError: the disk refuses.
+    """
+    texels = environment.detach().cpu().float().numpy()
+    light = document.to_document(
+        lighting, None if photo is None else dict(photo), None if model is None else dict(model)
+    )
+    name = str((model or {}).get("name", "none"))
+    with replaced_folder(folder) as fresh:
+        exr.write(
+            fresh / "environment.exr",
+            texels,
+            {
+                "software": f"mixlight {__version__}",
+                "frame": lighting.frame,
+                "exposure_gain": float(lighting.exposure_gain),
+                "model": name,
+            },
+        )
+        radiance.write(
+            fresh / "environment.hdr",
+            texels,
+            {
+                "SOFTWARE": f"mixlight {__version__}",
+                "FRAME": lighting.frame,
+                "EXPOSURE_GAIN": repr(float(lighting.exposure_gain)),
+                "MODEL": name,
+            },
+        )
+        document.save(light, fresh / "lighting.json")
+        ldr.write_png(fresh / "preview.png", preview)
+        for file_name, report in (reports or {}).items():
+            text = json.dumps(report, indent=2, allow_nan=False)
+            (fresh / file_name).write_text(text + "\n", encoding="utf-8")
