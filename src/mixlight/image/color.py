@@ -8,6 +8,7 @@ from mixlight.image._array import Array
 __all__ = [
     "LUMINANCE_WEIGHTS",
     "REC709",
+    "convert_to_rec709",
     "is_rec709",
     "linear_to_srgb",
     "luminance",
@@ -111,6 +112,27 @@ def rgb_to_rec709_matrix(chromaticities: tuple[float, ...]) -> Float64[Array, "3
     ratio = (_BRADFORD @ target.sum(1)) / (_BRADFORD @ source.sum(1))
     adapt = np.linalg.solve(_BRADFORD, ratio[:, None] * _BRADFORD)
     return np.asarray(np.linalg.solve(target, adapt @ source))
+
+
+def convert_to_rec709(
+    rgb: Float[Array, "*shape 3"], chromaticities: tuple[float, ...]
+) -> Float[Array, "*shape 3"]:
+    """Linear rgb of other primaries in Rec.709, white kept white, without negative light.
+
+    Colours outside Rec.709 get a negative component; it is clipped at 0, because radiance is never negative. What is
+    negative, infinite or NaN in the input stays so, for the caller to find.
+
+    Raises:
+        ValueError: the chromaticities span no colour space.
+
+    >>> convert_to_rec709(np.array([1.0, 1.0, 1.0]), (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290)).round(3)
+    array([1., 1., 1.])
+    """
+    matrix = rgb_to_rec709_matrix(chromaticities).astype(rgb.dtype)
+    with np.errstate(invalid="ignore"):  # infinity - infinity
+        converted = np.asarray(rgb @ matrix.T)
+    converted[(converted < 0.0) & (rgb >= 0.0).all(axis=-1, keepdims=True)] = 0.0
+    return converted
 
 
 def is_rec709(chromaticities: tuple[float, ...]) -> bool:

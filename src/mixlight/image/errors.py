@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-__all__ = ["ImageFileError", "file_error", "one_line", "shown"]
+__all__ = ["ImageFileError", "file_error", "one_line", "reworded", "shown"]
 
 
 class ImageFileError(ValueError):
@@ -36,3 +36,13 @@ def file_error(source: str | os.PathLike[str] | bytes, expected: str, received: 
     'a.hdr: expected a Radiance picture, received PNG'
     """
     return ImageFileError(f"{shown(source)}: expected {expected}, received {one_line(received)}")
+
+
+def reworded(source: str | os.PathLike[str] | bytes, error: ValueError, subject: str = "") -> ImageFileError:
+    """The error for a file from one of the form "...expected A, received B" that does not know the file.
+
+    >>> str(reworded("a.hdr", ValueError("expected 3 scanlines, received 2"), "pixels: "))
+    'a.hdr: expected pixels: 3 scanlines, received 2'
+    """
+    expected, _, received = str(error).partition("expected ")[2].partition(", received ")
+    return file_error(source, subject + expected, received)

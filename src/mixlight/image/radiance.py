@@ -15,8 +15,8 @@ from jaxtyping import Float, Float32
 from mixlight.image import rgbe, runlength
 from mixlight.image._array import Array
 from mixlight.image.atomic import atomic_path
-from mixlight.image.color import is_rec709, rgb_to_rec709_matrix, xyz_to_rec709
-from mixlight.image.errors import file_error, one_line
+from mixlight.image.color import convert_to_rec709, is_rec709, xyz_to_rec709
+from mixlight.image.errors import file_error, one_line, reworded
 
 __all__ = ["read", "read_size", "write"]
 
@@ -82,8 +82,7 @@ def read(
     try:
         pixels = runlength.decode(data, header.end, header.lines, header.width)
     except ValueError as error:
-        expected, _, received = str(error).removeprefix("expected ").partition(", received ")
-        raise file_error(source, expected, received) from None
+        raise reworded(source, error) from None
     del data
     return _upright(_to_rec709(source, rgbe.decode(pixels), header), header.axes), header.entries
 
@@ -232,11 +231,9 @@ def _to_rec709(
     if header.primaries is None:
         return rgb
     try:
-        matrix = rgb_to_rec709_matrix(header.primaries).astype(np.float32)
+        return convert_to_rec709(rgb, header.primaries)
     except ValueError as error:
-        expected, _, received = str(error).partition("expected ")[2].partition(", received ")
-        raise file_error(source, f"PRIMARIES: {expected}", received) from None
-    return np.asarray(np.maximum(rgb @ matrix.T, np.float32(0.0)))
+        raise reworded(source, error, "PRIMARIES: ") from None
 
 
 def _upright(rgb: Float32[Array, "lines width 3"], axes: str) -> Float32[Array, "height_ width_ 3"]:
