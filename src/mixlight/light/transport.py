@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from mixlight.sphere import equirect
+from mixlight.sphere._bilinear import taps
 
 _CHUNK_ELEMENTS = 1 << 22
 """Kernel values that are held at once while a matrix is built (float64: 32 MB a temporary)."""
@@ -88,7 +89,7 @@ def sphere_normals(
     >>> samples.normals.shape, samples.mask.sum().item()
     (torch.Size([812, 1, 3]), 812)
     >>> [round(x, 3) for x in samples.normals[0, 0].tolist()]  # first pixel of the top row
-    [-0.156, 0.969, 0.193]
+    [-0.219, 0.969, 0.117]
     """
     if resolution < 1 or supersample < 1:
         raise ValueError(
@@ -162,7 +163,9 @@ def ggx_kernel(
     # (l + v)/|l + v| . n, squared, without forming the half vector. Where l + v vanishes, so does n.l.
     cos_half2 = (cos_light + cos_view) ** 2 / (2 + 2 * light_dot_view).clamp(min=1e-12)
     spread = (1 - (1 - alpha2) * cos_half2.clamp(max=1)) ** 2
-    smith = view * (alpha2 + (1 - alpha2) * light**2).sqrt() + light * (alpha2 + (1 - alpha2) * view**2).sqrt()
+    smith = (
+        view * (alpha2 + (1 - alpha2) * light**2).sqrt() + light * (alpha2 + (1 - alpha2) * view**2).sqrt()
+    )
     return light * (colour * alpha2 / (2 * math.pi)) / (spread * smith).clamp(min=1e-30)
 
 
@@ -195,24 +198,7 @@ def mirror_taps(
     >>> index.tolist(), weight.tolist()
     ([1, 2, 5, 6], [0.25, 0.25, 0.25, 0.25])
     """
-    width = _map_width(height, width)
-    uv = equirect.directions_to_uv(directions)
-    column = uv[..., 0] * width - 0.5
-    row = uv[..., 1] * height - 0.5
-    left, upper = column.floor(), row.floor()
-    right_share, lower_share = column - left, row - upper
-    indices, weights = [], []
-    for down in (0, 1):
-        for right in (0, 1):
-            r = upper.long() + down
-            c = left.long() + right
-            over_pole = (r < 0) | (r >= height)
-            c = (c + over_pole * (width // 2)) % width
-            indices.append(r.clamp(0, height - 1) * width + c)
-            weights.append(
-                (lower_share if down else 1 - lower_share) * (right_share if right else 1 - right_share)
-            )
-    return torch.stack(indices, -1), torch.stack(weights, -1)
+    return taps(directions, height, _map_width(height, width))
 
 
 def diffuse_matrix(
@@ -249,11 +235,12 @@ def ggx_matrix(
     """Transport from a panorama's texels to the radiance of points on rough metal, seen from `view`.
 
     Built as `diffuse_matrix`, with `ggx_kernel`. Under a panorama of 1 a surface that faces the
-    viewer shows slightly less than `colour`: what is bounced twice between facets is lost.
+    viewer shows a little less than `colour`, .733 of .8 at alpha .25: what bounces twice between
+    facets is lost.
 
     >>> up = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)
     >>> round(ggx_matrix(up, up, 64).sum().item(), 3)
-    0.788
+    0.733
     """
 
     def kernel(n: Tensor, light: Tensor) -> Tensor:
@@ -388,11 +375,15 @@ def _matrix(
     if supersample < 1:
         raise ValueError(f"expected supersample of at least 1, got {supersample}")
     fine_height, fine_width = height * supersample, width * supersample
-    like = {"dtype": torch.float64, "device": normals.device}
-    lights = equirect.pixel_directions(fine_height, fine_width, **like).reshape(-1, 3)
-    solid_angle = equirect.solid_angle(fine_height, fine_width, **like).reshape(-1)
+    device = normals.device
+    lights = equirect.pixel_directions(fine_height, fine_width, dtype=torch.float64, device=device).reshape(
+        -1, 3
+    )
+    solid_angle = equirect.solid_angle(fine_height, fine_width, dtype=torch.float64, device=device).reshape(
+        -1
+    )
     flat = normals.double().reshape(-1, 3)
-    result = torch.empty(len(flat), height * width, **like)
+    result = torch.empty(len(flat), height * width, dtype=torch.float64, device=device)
     step = max(1, _CHUNK_ELEMENTS // len(lights))
     for start in range(0, len(flat), step):
         values = kernel(flat[start : start + step], lights) * solid_angle
