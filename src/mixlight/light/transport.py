@@ -18,7 +18,6 @@ from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
 from mixlight.sphere import equirect
-from mixlight.sphere._bilinear import taps
 
 _CHUNK_ELEMENTS = 1 << 22
 """Kernel values that are held at once while a matrix is built (float64: 32 MB a temporary)."""
@@ -169,7 +168,7 @@ def ggx_kernel(
     return light * (colour * alpha2 / (2 * math.pi)) / (spread * smith).clamp(min=1e-30)
 
 
-def reflect(normals: Float[Tensor, "*n 3"], view: Float[Tensor, "3"]) -> Float[Tensor, "*n 3"]:
+def reflect(normals: Float[Tensor, "*n 3"], view: Float[Tensor, " 3"]) -> Float[Tensor, "*n 3"]:
     """Direction from which a mirror shows light to the viewer: 2 (n.v) n - v.
 
     Convention: all directions point away from the surface. Seen along +Z, the normal that leans by
@@ -198,7 +197,18 @@ def mirror_taps(
     >>> index.tolist(), weight.tolist()
     ([1, 2, 5, 6], [0.25, 0.25, 0.25, 0.25])
     """
-    return taps(directions, height, _map_width(height, width))
+    width = _map_width(height, width)
+    uv = equirect.directions_to_uv(directions)
+    column, row = uv[..., 0] * width - 0.5, uv[..., 1] * height - 0.5
+    left, upper = column.floor(), row.floor()
+    indices, weights = [], []
+    for r, row_share in ((upper.long(), 1 - (row - upper)), (upper.long() + 1, row - upper)):
+        across_pole = (r < 0) | (r >= height)
+        for c, share in ((left.long(), 1 - (column - left)), (left.long() + 1, column - left)):
+            c = (c + across_pole * (width // 2)) % width
+            indices.append(r.clamp(0, height - 1) * width + c)
+            weights.append(row_share * share)
+    return torch.stack(indices, -1), torch.stack(weights, -1)
 
 
 def diffuse_matrix(
@@ -225,7 +235,7 @@ def diffuse_matrix(
 
 def ggx_matrix(
     normals: Float[Tensor, "*p 3"],
-    view: Float[Tensor, "3"],
+    view: Float[Tensor, " 3"],
     height: int,
     width: int | None = None,
     alpha: float = MATERIALS[1].alpha,
@@ -251,7 +261,7 @@ def ggx_matrix(
 
 def mirror_matrix(
     normals: Float[Tensor, "*p 3"],
-    view: Float[Tensor, "3"],
+    view: Float[Tensor, " 3"],
     height: int,
     width: int | None = None,
     colour: float = MATERIALS[2].reflectance,

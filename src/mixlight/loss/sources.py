@@ -78,5 +78,6 @@ def colour_loss(
 def _same(predicted: Tensor, true: Tensor) -> None:
     if predicted.shape != true.shape:
         raise ValueError(
-            f"expected prediction and truth of one shape, got {tuple(predicted.shape)} and {tuple(true.shape)}"
+            f"expected prediction and truth of one shape,"
+            f" got {tuple(predicted.shape)} and {tuple(true.shape)}"
         )

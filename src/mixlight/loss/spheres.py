@@ -44,7 +44,7 @@ class SphereLoss(nn.Module):
         super().__init__()
         factors, self.pixels = _factors(height, resolution)
         self.height = height
-        self.ranks = tuple(len(factor) for factor in factors)
+        self.ranks = [len(factor) for factor in factors]
         self.register_buffer("factor", torch.cat(factors), persistent=False)
 
     def encode(
@@ -72,7 +72,7 @@ class SphereLoss(nn.Module):
         columns = environment.reshape(-1, self.factor.shape[1], channels).transpose(0, 1).flatten(1)
         with torch.autocast(environment.device.type, enabled=False):
             rows = self.factor @ columns.to(self.factor.dtype)
-        return rows.unflatten(1, (-1, channels)).transpose(0, 1).reshape(*batch, -1, channels)
+        return rows.reshape(len(rows), -1, channels).transpose(0, 1).reshape(*batch, -1, channels)
 
     def compare(
         self,
@@ -81,7 +81,7 @@ class SphereLoss(nn.Module):
     ) -> tuple[Float[Tensor, "*batch 3"], Float[Tensor, "*batch 3"]]:
         """RMSE and si-RMSE of each sphere, from the coordinates that `encode` gives."""
         count = self.pixels * predicted.shape[-1]
-        spheres = zip(predicted.split(self.ranks, -2), true.split(self.ranks, -2), strict=True)
+        spheres = zip(torch.split(predicted, self.ranks, -2), torch.split(true, self.ranks, -2), strict=True)
         errors = [rmse_and_si_rmse(p, g, count) for p, g in spheres]
         return torch.stack([e[0] for e in errors], -1), torch.stack([e[1] for e in errors], -1)
 

@@ -59,8 +59,8 @@ class SphericalSinkhorn(nn.Module):
             cost: The angle between two directions, or its square.
             epsilon: Blur, in units of the cost. Well below the cost between neighbours (.28 rad for
                 128 points) the divergence is close to unregularised transport; smaller needs more iterations.
-            iterations: Updates of both potentials at the final epsilon. The default converges to 1e-4 or better
-                at the default epsilon; .05 wants 60.
+            iterations: Updates of both potentials at the final epsilon. At the default epsilon the default
+                leaves 1e-5 in the gradient and far less in the value; epsilon .05 wants 60.
 
         Raises:
             ValueError: If points are no unit vectors, the cost is unknown, or a number is not positive.
@@ -107,7 +107,9 @@ class SphericalSinkhorn(nn.Module):
         batch = predicted.shape[:-1]
         a = _distribution(predicted).reshape(-1, count)
         b = _distribution(true).reshape(-1, count)
-        value = _Divergence.apply(a, b, self.cost, self._largest, self.epsilon, self.iterations)
+        value = _Divergence.apply(  # type: ignore[no-untyped-call]
+            a, b, self.cost, self._largest, self.epsilon, self.iterations
+        )
         return cast(Tensor, value).reshape(batch).to(predicted.dtype)
 
 
@@ -152,7 +154,7 @@ class _Divergence(torch.autograd.Function):
         return (a * slope_a).sum(-1) + (b * slope_b).sum(-1)
 
     @staticmethod
-    @once_differentiable  # type: ignore[untyped-decorator]
+    @once_differentiable
     def backward(ctx: FunctionCtx, gradient: Tensor) -> tuple[Tensor, Tensor, None, None, None, None]:
         slope_a, slope_b = ctx.saved_tensors  # type: ignore[attr-defined]
         return gradient[:, None] * slope_a, gradient[:, None] * slope_b, None, None, None, None
@@ -177,7 +179,7 @@ def _potentials(
     for _ in range(iterations):
         f = torch.lerp(f, soft_min(g, b), step)
         g = torch.lerp(g, soft_min(f, a), step)
-    # Two plain updates: they remove what over-relaxation leaves, and extend potentials to points without mass.
+    # A plain update of both removes what over-relaxation leaves, and reaches the points without mass.
     f = soft_min(g, b)
     g = soft_min(f, a)
     for _ in range(max(4, iterations // 2)):  # a fixed point of its own, far quicker than the pair
