@@ -38,11 +38,15 @@ class Material:
 
 
 MATERIALS: tuple[Material, ...] = (
-    Material("diffuse", "diffuse", 0.5),
-    Material("matte", "ggx", 0.8, alpha=0.25),
+    Material("diffuse", "diffuse", 0.8),
+    Material("matte", "ggx", 0.8, alpha=0.3271**2),
     Material("mirror", "mirror", 0.8),
 )
-"""The three spheres of protocol M: gray diffuse, matte silver, mirror silver, in this order."""
+"""The three spheres of protocol M: gray diffuse, matte silver, mirror silver, in this order.
+
+Reflectance and roughness are those that protocol S names (base colour .8, roughness .3271), so that
+the two protocols differ in exposure and tone-mapping alone.
+"""
 
 VIEW: tuple[float, float, float] = (0.0, 0.0, 1.0)
 """Direction from a test sphere to its camera: +Z, for the camera looks along -Z like the photo's."""
