@@ -1,0 +1,150 @@
+"""The training objective: every term of the method on one robust scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+from torch.nn import functional
+
+from mixlight.light import gaussians, harmonics
+from mixlight.light.separate import luminance
+from mixlight.loss import ambient as ambient_losses
+from mixlight.loss import sources as source_losses
+from mixlight.loss.spheres import SphereLoss
+from mixlight.loss.transport import SphericalSinkhorn
+from mixlight.sphere import equirect, points
+
+
+@dataclass(frozen=True)
+class LossWeights:
+    """Weight of each term; 0 leaves a term out and costs nothing."""
+
+    distribution: float = 5.0
+    """Squared error of P, after the sparse layer."""
+    scores: float = 5.0
+    """The same before the sparse layer, so that anchors outside its support learn too."""
+    transport: float = 0.3
+    """Sinkhorn divergence of P (geodesic cost, radians)."""
+    masked_l1: float = 0.2
+    """|P| where the true P is 0."""
+    intensity: float = 0.1
+    """Squared error of log E."""
+    colour: float = 0.5
+    """Squared error of R."""
+    coefficients: float = 0.02
+    """SH coefficients, each degree by 1 / (2 l + 1)."""
+    reconstruction: float = 0.1
+    """SH map."""
+    rendering: float = 0.1
+    """SH irradiance map."""
+    spheres: tuple[float, float, float] = (2.0, 0.5, 0.3)
+    """RMSE of the rendered diffuse, matte and mirror spheres."""
+    spheres_si: tuple[float, float, float] = (2.0, 0.5, 0.3)
+    """The same after the best single scale."""
+    camera: float = 2.0
+    """Squared error of pitch and roll in radians."""
+
+
+class TotalLoss(nn.Module):
+    """Weighs predicted light against true light, both divided by the true mean radiance.
+
+    Intensities span decades between scenes and a single bright one must not rule a step: all terms are
+    relative to the true light, those on intensities are logarithmic or bounded by Huber's function.
+    """
+
+    def __init__(self, weights: LossWeights, anchors: int, sharpness: float, map_height: int = 32) -> None:
+        """`map_height` is the size of the small maps on which spheres are rendered."""
+        super().__init__()
+        self.weights = weights
+        axes = points.vogel(anchors)
+        directions = equirect.pixel_directions(map_height)
+        lobes = gaussians.lobe_maps(axes, sharpness, map_height)
+        self.register_buffer("harmonic_maps", harmonics.basis(directions, 2).flatten(0, 1), persistent=False)
+        self.register_buffer("lobe_maps", lobes.flatten(1).T.contiguous(), persistent=False)
+        self.register_buffer("solid_angle", equirect.solid_angle(map_height), persistent=False)
+        self.map_height = map_height
+        self.sinkhorn = SphericalSinkhorn(axes)
+        self.sphere_loss = SphereLoss()
+
+    def environment(
+        self, ambient: Float[Tensor, "batch 9 3"], anchor_energy: Float[Tensor, "batch anchors 3"]
+    ) -> Float[Tensor, "batch height width 3"]:
+        """The small map of a light: ambient part clamped at 0, plus the lobes."""
+        flat = (self.harmonic_maps @ ambient).clamp(min=0) + self.lobe_maps @ anchor_energy
+        return flat.unflatten(1, (self.map_height, 2 * self.map_height))
+
+    def forward(
+        self,
+        scores: Float[Tensor, "batch anchors"],
+        distribution: Float[Tensor, "batch anchors"],
+        intensity: Float[Tensor, " batch"],
+        colour: Float[Tensor, "batch 3"],
+        ambient: Float[Tensor, "batch 9 3"],
+        camera: Float[Tensor, "batch 2"],
+        true_energy: Float[Tensor, "batch anchors 3"],
+        true_ambient: Float[Tensor, "batch 9 3"],
+        true_map: Float[Tensor, "batch height width 3"],
+        true_camera: Float[Tensor, "batch 2"],
+    ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
+        """The weighted sum, and each unweighted term as the mean over the batch (detached)."""
+        weights = self.weights
+        scale = equirect.integrate(true_map)
+        scale = luminance(scale).clamp(min=1e-6) / (4 * torch.pi)
+        intensity = intensity / scale
+        ambient = ambient / scale[:, None, None]
+        true_ambient = true_ambient / scale[:, None, None]
+        true_energy = true_energy / scale[:, None, None]
+        total = true_energy.sum(1)
+        true_intensity = total.norm(dim=-1).clamp(min=1e-6)
+        true_colour = total / true_intensity[:, None]
+        share = luminance(true_energy)
+        true_distribution = share / share.sum(-1, keepdim=True).clamp(min=1e-9)
+
+        terms: dict[str, Tensor] = {}
+        if weights.distribution:
+            terms["distribution"] = source_losses.distribution_loss(distribution, true_distribution)
+        if weights.scores:
+            terms["scores"] = source_losses.distribution_loss(scores, true_distribution)
+        if weights.transport:
+            terms["transport"] = self.sinkhorn(distribution, true_distribution)
+        if weights.masked_l1:
+            terms["masked_l1"] = source_losses.masked_l1(distribution, true_distribution)
+        if weights.intensity:
+            terms["intensity"] = functional.smooth_l1_loss(
+                intensity.log(), true_intensity.log(), reduction="none"
+            )
+        if weights.colour:
+            terms["colour"] = source_losses.colour_loss(colour, true_colour)
+        for name in ("coefficients", "reconstruction", "rendering"):
+            if getattr(weights, name):
+                terms[name] = _root(_AMBIENT[name](ambient, true_ambient))
+        if any(weights.spheres) or any(weights.spheres_si):
+            energy = distribution[..., None] * (intensity[:, None] * colour)[:, None, :]
+            rmse, si_rmse = self.sphere_loss(
+                self.environment(ambient, energy), true_map / scale[:, None, None, None]
+            )
+            terms["spheres"] = (rmse * rmse.new_tensor(weights.spheres)).sum(-1)
+            terms["spheres_si"] = (si_rmse * rmse.new_tensor(weights.spheres_si)).sum(-1)
+        if weights.camera:
+            terms["camera"] = (camera - true_camera).square().sum(-1)
+        loss = torch.stack([_weight(weights, name) * value.mean() for name, value in terms.items()]).sum()
+        return loss, {name: value.detach().mean() for name, value in terms.items()}
+
+
+_AMBIENT = {
+    "coefficients": ambient_losses.coefficient_loss,
+    "reconstruction": ambient_losses.reconstruction_loss,
+    "rendering": ambient_losses.rendering_loss,
+}
+
+
+def _root(squared: Tensor) -> Tensor:
+    """Pseudo-Huber: quadratic near 0, linear where a scene is far off."""
+    return (squared + 1).sqrt() - 1
+
+
+def _weight(weights: LossWeights, name: str) -> float:
+    return 1.0 if name.startswith("spheres") else float(getattr(weights, name))

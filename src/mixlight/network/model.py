@@ -1,0 +1,107 @@
+"""The network: photo in, light out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+
+from mixlight.network import backbones
+from mixlight.network.canonical import CanonicalView
+from mixlight.network.heads import LightHeads, Prediction
+
+_DARKEST = 1e-3
+
+
+@dataclass(frozen=True)
+class ModelSettings:
+    """Everything that is needed to build the network again."""
+
+    backbone: str = "efficientnet_lite0"
+    """Name in the registry of `mixlight.network.backbones`."""
+    height: int = 96
+    """Rows of the canonical view."""
+    width: int = 128
+    """Columns of the canonical view."""
+    fov_deg: float = 60.0
+    """Horizontal field of view of the canonical view."""
+    anchors: int = 128
+    """Number of source directions."""
+    sharpness: float = 0.0025
+    """Angular size s of the lobes."""
+    hidden: int = 256
+    """Width of the regression trunk."""
+    grid_channels: int = 48
+    """Channels of the feature grid that is kept beside the pooled features."""
+    grid_rows: int = 3
+    """Rows of that grid."""
+    grid_columns: int = 4
+    """Columns of that grid."""
+    dropout: float = 0.4
+    """Dropout before and after the hidden layer."""
+    sparse_mode: str = "masked"
+    """Sparse layer: `masked`, `literal`, `sparsemax` or `none`."""
+
+    @property
+    def canonical(self) -> CanonicalView:
+        """The view of the world that the network takes."""
+        return CanonicalView(self.height, self.width, math.radians(self.fov_deg))
+
+    def to_card(self) -> dict[str, object]:
+        """As plain values, for the card of the weights."""
+        return asdict(self)
+
+
+class MixLightNet(nn.Module):
+    """Backbone and heads. Light is predicted relative to the photo's mean linear colour.
+
+    The photo tells light only up to its exposure and white balance, so the network regresses what is
+    left when both are divided out, and the result is multiplied back.
+    """
+
+    def __init__(self, settings: ModelSettings, pretrained: bool = False) -> None:
+        """Builds the network; `pretrained` loads the backbone's ImageNet weights.
+
+        Raises:
+            ValueError: unknown backbone or sparse mode, or a backbone without ImageNet weights.
+        """
+        super().__init__()
+        self.settings = settings
+        self.backbone = backbones.create(settings.backbone, pretrained=pretrained)
+        self.heads = LightHeads(
+            self.backbone.channels,
+            (settings.grid_rows, settings.grid_columns),
+            settings.anchors,
+            settings.hidden,
+            settings.grid_channels,
+            settings.dropout,
+            settings.sparse_mode,
+        )
+
+    def relative(self, photo: Float[Tensor, "batch 3 height width"]) -> tuple[Prediction, Tensor]:
+        """Predicts light in units of the photo's mean colour, and returns that colour [batch, 3]."""
+        mean = mean_linear_colour(photo)
+        return self.heads(self.backbone(photo), mean), mean
+
+    def forward(self, photo: Float[Tensor, "batch 3 height width"]) -> Prediction:
+        """Predicts light in the photo's own exposure: radiance 1 is the photo's linear white.
+
+        `photo` is the sRGB-encoded canonical view in [0, 1].
+        """
+        prediction, mean = self.relative(photo)
+        return prediction.scaled(mean)
+
+
+def mean_linear_colour(photo: Float[Tensor, "batch 3 height width"]) -> Float[Tensor, "batch 3"]:
+    """Mean of the sRGB-decoded photo per channel.
+
+    Channels are kept above 1/1000 and above 5 % of the brightest, so that it can serve as a unit.
+    """
+    # The transfer function as in mixlight.image.color, which is NumPy and cannot be part of the graph.
+    linear = torch.where(photo <= 0.04045, photo / 12.92, ((photo.clamp(min=0.04045) + 0.055) / 1.055) ** 2.4)
+    mean = linear.float().mean((2, 3))
+    floor = (0.05 * mean.amax(1, keepdim=True)).clamp(min=_DARKEST)
+    return torch.maximum(mean, floor)

@@ -1,0 +1,174 @@
+"""One TOML file to one dataclass: everything that a training run depends on."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mixlight.data.camera_model import CameraSettings
+from mixlight.data.crops import CropSettings
+from mixlight.data.labels import LabelSettings
+from mixlight.data.training_set import SamplingSettings
+from mixlight.loss.total import LossWeights
+from mixlight.network.model import ModelSettings
+
+
+@dataclass(frozen=True)
+class OptimiserSettings:
+    """How the weights are moved."""
+
+    name: str = "adamw"
+    """`adamw` or `adam`."""
+    learning_rate: float = 1e-3
+    """Peak rate of the heads."""
+    backbone_rate: float = 3e-4
+    """Peak rate of the backbone."""
+    weight_decay: float = 0.02
+    """Decoupled decay of matrices (adamw); biases and norms have none."""
+    warmup_steps: int = 50
+    """Linear rise to the peak."""
+    final_share: float = 0.02
+    """The rate ends at this share of its peak, after a half cosine."""
+    clip_norm: float = 5.0
+    """Largest norm of the gradient."""
+    ema_decay: float = 0.99
+    """Decay of the averaged weights that are validated and shipped."""
+    frozen_share: float = 0.0
+    """Share of the backbone's parameter tensors, from the input on, that are not trained."""
+    freeze_norms: bool = True
+    """Keep the backbone's batch-norm statistics at their ImageNet values."""
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    """A training run."""
+
+    tables: tuple[str, ...]
+    """CSV tables of panoramas; relative paths are relative to the config file."""
+    name: str = "mixlight"
+    """Name of the model, written on its card."""
+    seed: int = 0
+    """Seed of weights, views and dropout."""
+    steps: int = 1000
+    """Number of optimiser steps."""
+    batch_size: int = 32
+    """Views a step."""
+    precision: str = "float32"
+    """`float32` or `bfloat16` (autocast of the backbone)."""
+    validate_every: int = 100
+    """Steps between validations."""
+    checkpoint_every: int = 50
+    """Steps between checkpoints."""
+    validation_rooms: int = 2
+    """Azimuths of each rendered validation room (real panoramas always have 8)."""
+    workers: int = 1
+    """Processes that make batches; 0 makes them in the training process."""
+    tensorboard: bool = False
+    """Also write TensorBoard events (needs the extra `tensorboard`)."""
+    model: ModelSettings = field(default_factory=ModelSettings)
+    """The network."""
+    labels: LabelSettings = field(default_factory=LabelSettings)
+    """How panoramas become targets."""
+    crops: CropSettings = field(default_factory=CropSettings)
+    """Which views are taken."""
+    camera: CameraSettings = field(default_factory=CameraSettings)
+    """How they are photographed."""
+    sampling: SamplingSettings = field(default_factory=SamplingSettings)
+    """How often each kind of panorama is seen."""
+    loss: LossWeights = field(default_factory=LossWeights)
+    """What counts."""
+    optimiser: OptimiserSettings = field(default_factory=OptimiserSettings)
+    """How the weights are moved."""
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "batch_size", "validate_every", "checkpoint_every"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
+        if self.precision not in ("float32", "bfloat16"):
+            raise ValueError(f"expected precision float32 or bfloat16, got {self.precision!r}")
+        if self.optimiser.name not in ("adamw", "adam"):
+            raise ValueError(f"expected the optimiser adamw or adam, got {self.optimiser.name!r}")
+        if self.labels.anchors != self.model.anchors:
+            raise ValueError(
+                f"expected the same number of anchors in labels and model, got {self.labels.anchors} and "
+                f"{self.model.anchors}"
+            )
+
+
+def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) -> TrainingConfig:
+    """Reads a TOML file; `overrides` maps dotted keys (`optimiser.learning_rate`) to values.
+
+    Raises:
+        ValueError: not TOML, an unknown key, or a value of the wrong type; the message names the key.
+        FileNotFoundError: no such file.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: expected a TOML config, found no such file")
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: expected TOML, {error}") from error
+    for dotted, value in (overrides or {}).items():
+        table = values
+        *parents, last = dotted.split(".")
+        for key in parents:
+            table = table.setdefault(key, {})
+        table[last] = value
+    try:
+        config: TrainingConfig = _build(TrainingConfig, values, "")
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    tables = tuple(str((path.parent / table).resolve()) for table in config.tables)
+    return dataclasses.replace(config, tables=tables)
+
+
+def to_plain(config: Any) -> dict[str, Any]:
+    """The config as plain values, defaults included, as it is saved with every run."""
+    return dataclasses.asdict(config)
+
+
+def _build(kind: Any, values: Any, where: str) -> Any:
+    if not isinstance(values, Mapping):
+        raise ValueError(f"expected a table for {where or 'the config'}, got {type(values).__name__}")
+    hints = typing.get_type_hints(kind)
+    known = {f.name: f for f in dataclasses.fields(kind)}
+    arguments = {}
+    for key, value in values.items():
+        dotted = f"{where}{key}"
+        if key not in known:
+            raise ValueError(f"unknown key {dotted}; expected one of {', '.join(known)}")
+        arguments[key] = _convert(hints[key], value, dotted)
+    for name, spec in known.items():
+        required = spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING
+        if required and name not in arguments:
+            raise ValueError(f"missing key {where}{name}")
+    return kind(**arguments)
+
+
+def _convert(hint: Any, value: Any, dotted: str) -> Any:
+    if dataclasses.is_dataclass(hint):
+        return _build(hint, value, f"{dotted}.")
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is tuple:
+        if not isinstance(value, list | tuple):
+            raise ValueError(f"expected a list for {dotted}, got {value!r}")
+        if arguments[-1] is Ellipsis:
+            return tuple(_convert(arguments[0], item, dotted) for item in value)
+        if len(value) != len(arguments):
+            raise ValueError(f"expected {len(arguments)} values for {dotted}, got {len(value)}")
+        return tuple(_convert(a, item, dotted) for a, item in zip(arguments, value, strict=True))
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        if not isinstance(value, Mapping):
+            raise ValueError(f"expected a table for {dotted}, got {value!r}")
+        return {str(k): _convert(arguments[1], v, f"{dotted}.{k}") for k, v in value.items()}
+    if hint is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
+        raise ValueError(f"expected {hint.__name__} for {dotted}, got {value!r}")
+    return value
