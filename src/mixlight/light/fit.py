@@ -10,15 +10,12 @@ from torch import Tensor
 from mixlight.light import harmonics
 from mixlight.light.gaussians import SHARPNESS
 from mixlight.light.lighting import Lighting
-from mixlight.light.separate import Method, bands, luminance, threshold
-from mixlight.sphere.equirect import integrate, row_solid_angle, solid_angle
-from mixlight.sphere.points import anchor_map, nearest, vogel
+from mixlight.light.separate import Bands, Method, check_rule, luminance, threshold_of
+from mixlight.light.texel_anchors import TexelAnchors
+from mixlight.sphere.equirect import check, integrate, row_solid_angle, solid_angle
 
 ANCHORS = 128
 """Default number of anchors; their nearest neighbours are 15.7 to 17.3 degrees apart."""
-
-_MAP_LIMIT = 1 << 19
-"""Up to this many texels the map of nearest anchors is kept for the next panorama of the same size."""
 
 
 class Parameters(NamedTuple):
@@ -85,14 +82,15 @@ def parameters(
     tensor([0.6000, 0.8000, 0.0000])
     """
     harmonics.count(degree)
-    limits = threshold(panorama, separation, fraction).reshape(-1)
+    check(panorama)
+    check_rule(separation, fraction)
     height, width = panorama.shape[-3:-1]
     batch = panorama.shape[:-3]
     dtype = torch.promote_types(panorama.dtype, torch.float32)
-    split = [
-        _split(one, limit, degree, anchors)
-        for one, limit in zip(panorama.reshape(-1, height, width, 3), limits, strict=True)
-    ]
+    split = []
+    for one in panorama.reshape(-1, height, width, 3):
+        passes = Bands(one)
+        split.append(_split(passes, threshold_of(passes, separation, fraction), degree, anchors))
     energy = torch.stack([one for one, _ in split]).reshape(*batch, anchors, 3)
     ambient = torch.stack([one for _, one in split]).reshape(*batch, -1, 3)
     total = energy.sum(-2)
@@ -191,33 +189,17 @@ def energy_report(
     }
 
 
-def _split(panorama: Tensor, limit: Tensor, degree: int, anchors: int) -> tuple[Tensor, Tensor]:
+def _split(bands: Bands, limit: float, degree: int, anchors: int) -> tuple[Tensor, Tensor]:
     """Anchor energies [anchors, 3] and ambient coefficients [k, 3] of one panorama, in float64."""
-    height, width = panorama.shape[:2]
-    weight = row_solid_angle(height, width, dtype=torch.float64, device=panorama.device)
-    energy = torch.zeros(anchors, 3, dtype=torch.float64, device=panorama.device)
-    small = height * width <= _MAP_LIMIT
-    table = anchor_map(anchors, height, width, device=panorama.device).reshape(-1) if small else None
-    points = vogel(anchors, dtype=torch.float32, device=panorama.device)
+    height, width, device = bands.height, bands.width, bands.panorama.device
+    weight = row_solid_angle(height, width, dtype=torch.float64, device=device)
+    anchor_of = TexelAnchors(anchors, height, width, device)
+    energy = torch.zeros(anchors, 3, dtype=torch.float64, device=device)
     sums = []
-    for start, rows in bands(panorama):
-        source = luminance(rows).float() >= limit
-        sums.append(harmonics.row_sums(torch.where(source[..., None], 0, rows), degree))
+    for start, rows, level in bands:
+        source = level >= limit
+        sums.append(harmonics.row_sums(rows * ~source[..., None], degree))
         place = source.reshape(-1).nonzero()[:, 0]
-        row, column = start + place // width, place % width
-        value = rows.reshape(-1, 3)[place].double() * weight[row, None]
-        if table is None:
-            anchor = nearest(points, _texel_directions(row, column, height, width))
-        else:
-            anchor = table[start * width + place]
-        energy.index_add_(0, anchor, value)
+        value = rows.reshape(-1, 3)[place].double() * weight[start + place // width, None]
+        energy.index_add_(0, anchor_of(place + start * width), value)
     return energy, harmonics.project_rows(torch.cat(sums, -3).double(), degree)
-
-
-def _texel_directions(row: Tensor, column: Tensor, height: int, width: int) -> Tensor:
-    """Unit directions [n, 3] of some texels of a map that is too large to hold all of them."""
-    line = torch.arange(max(height, width), dtype=torch.float64, device=row.device) + 0.5
-    polar, azimuth = line[:height] * (math.pi / height), (line[:width] / width - 0.5) * (2 * math.pi)
-    sine, cosine = torch.sin(polar).float(), torch.cos(polar).float()
-    right, ahead = torch.sin(azimuth).float(), torch.cos(azimuth).float()
-    return torch.stack([sine[row] * right[column], cosine[row], -sine[row] * ahead[column]], -1)

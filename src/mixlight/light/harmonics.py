@@ -250,7 +250,7 @@ def cosine_factor(band: int) -> float:
         return 0.0
     half = band // 2
     sign = 1 if half % 2 else -1
-    return sign * 2 * math.pi / ((band + 2) * (band - 1)) * (math.comb(band, half) / 2**band)
+    return sign * 2 * math.pi / ((band + 2) * (band - 1)) * (math.comb(band, half) / (1 << band))
 
 
 def irradiance(

@@ -19,7 +19,7 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from mixlight.sphere.equirect import check, solid_angle
+from mixlight.sphere.equirect import check, row_solid_angle
 
 Method = Literal["top_fraction", "max_fraction"]
 
@@ -27,8 +27,10 @@ REC709 = (0.2126, 0.7152, 0.0722)
 """Luminance weights of linear Rec.709 red, green and blue."""
 
 _BAND = 1 << 18
-"""Texels in a band of rows: small enough for the processor's cache, so that a pass costs one read of the
-panorama."""
+"""Texels in a band of rows: small enough for the cache, so that a pass is one read of the panorama."""
+
+_KEPT = 1 << 24
+"""Up to this many texels the luminance is kept between passes; on larger maps it is worked out again."""
 
 
 def luminance(rgb: Float[Tensor, "*batch 3"]) -> Float[Tensor, "*batch"]:
@@ -75,13 +77,10 @@ def threshold(
     tensor(5.0000)
     """
     check(panorama)
-    _check_rule(method, fraction)
+    check_rule(method, fraction)
     height, width = panorama.shape[-3:-1]
     flat = panorama.reshape(-1, height, width, 3)
-    found = [
-        _top_threshold(one, fraction) if method == "top_fraction" else _max_threshold(one, fraction)
-        for one in flat
-    ]
+    found = [threshold_of(Bands(one), method, fraction) for one in flat]
     return torch.tensor(found, dtype=torch.float32, device=panorama.device).reshape(panorama.shape[:-3])
 
 
@@ -101,7 +100,7 @@ def source_mask(
     [[3, 4]]
     """
     limits = threshold(panorama, method, fraction)
-    return luminance(_single(panorama)).float() >= limits[..., None, None]
+    return _level(panorama) >= limits[..., None, None]
 
 
 def separate(
@@ -129,51 +128,90 @@ def separate(
     return torch.where(mask, panorama, zero), torch.where(mask, zero, panorama)
 
 
-def bands(panorama: Float[Tensor, "height width 3"]) -> Iterator[tuple[int, Float[Tensor, "rows width 3"]]]:
-    """Bands of rows of one panorama with the number of their first row, in single precision at least.
+class Bands:
+    """A single panorama [height, width, 3] in bands of rows, for passes that need no temporary of its size.
 
-    Whole passes over a 16384x8192 panorama thus need no temporary of its size.
+    Iterating gives (number of the first row, rows [n, width, 3], their luminance [n, width]), the rows in
+    single precision at least, the luminance in single precision.
 
-    >>> [start for start, rows in bands(torch.zeros(1024, 2048, 3))][:3]
-    [0, 128, 256]
+    >>> [(start, tuple(level.shape)) for start, _, level in Bands(torch.zeros(512, 1024, 3))]
+    [(0, (256, 1024)), (256, (256, 1024))]
     """
-    height, width = panorama.shape[:2]
-    step = max(1, _BAND // width)
-    for start in range(0, height, step):
-        yield start, _single(panorama[start : start + step])
+
+    def __init__(self, panorama: Tensor) -> None:
+        self.panorama = panorama
+        self.height, self.width = panorama.shape[:2]
+        self._levels: dict[int, Tensor] = {}
+
+    def __iter__(self) -> Iterator[tuple[int, Tensor, Tensor]]:
+        step = max(1, _BAND // self.width)
+        for start in range(0, self.height, step):
+            rows = self.panorama[start : start + step]
+            level = self._levels.get(start)
+            if level is None:
+                level = _level(rows)
+                if self.height * self.width <= _KEPT:
+                    self._levels[start] = level
+            yield start, rows.to(torch.promote_types(rows.dtype, torch.float32)), level
 
 
-def _max_threshold(panorama: Tensor, fraction: float) -> float:
+def threshold_of(bands: Bands, method: Method, fraction: float) -> float:
+    """`threshold` of one panorama that the caller goes through in bands; nothing is checked.
+
+    >>> threshold_of(Bands(torch.rand(8, 16, 3).clamp_max(0.5)), "max_fraction", 0.5)
+    0.25
+    """
+    return _top_threshold(bands, fraction) if method == "top_fraction" else _max_threshold(bands, fraction)
+
+
+def check_rule(method: str, fraction: float) -> None:
+    """Refuse what is no rule of separation.
+
+    Raises:
+        ValueError: an unknown method, or a fraction that is not above 0 and below 1.
+
+    >>> check_rule("top_fraction", 5)
+    Traceback (most recent call last):
+    ValueError: fraction: expected a number above 0 and below 1, received 5
+    """
+    if method not in get_args(Method):
+        raise ValueError(f"separation: expected one of {', '.join(get_args(Method))}, received {method!r}")
+    if not 0 < fraction < 1:
+        raise ValueError(f"fraction: expected a number above 0 and below 1, received {fraction!r}")
+
+
+def _max_threshold(bands: Bands, fraction: float) -> float:
     lowest, highest = math.inf, 0.0
-    for _, rows in bands(panorama):
-        low, high = torch.aminmax(luminance(rows))
+    for _, _, level in bands:
+        low, high = torch.aminmax(level)
         lowest, highest = min(lowest, float(low)), max(highest, float(high))
     return _above(fraction * highest, lowest)
 
 
-def _top_threshold(panorama: Tensor, fraction: float) -> float:
-    """Radix selection: non-negative floats are ordered as their bit patterns are, so the upper and then the
-    lower half of the pattern index a histogram of solid angle.
+def _top_threshold(bands: Bands, fraction: float) -> float:
+    """Radix selection on the bit patterns.
+
+    Floats that are not negative are ordered as their patterns are: the upper half of the pattern, and then
+    the lower half of those in the bin that the fraction ends in, index a histogram of solid angle.
     """
-    height, width = panorama.shape[:2]
-    weight = solid_angle(height, width, dtype=torch.float64, device=panorama.device)
-    target = fraction * 4 * math.pi
-    upper = torch.zeros(1 << 15, dtype=torch.float64, device=panorama.device)
+    device = bands.panorama.device
+    weight = row_solid_angle(bands.height, bands.width, dtype=torch.float64, device=device)[:, None]
+    weight = weight.expand(-1, bands.width)
+    upper = torch.zeros(1 << 15, dtype=torch.float64, device=device)
     lowest = math.inf
-    for start, rows in bands(panorama):
-        level = _bits(rows)
-        lowest = min(lowest, _value(int(level.min())))
-        upper += torch.bincount(
-            (level >> 16).reshape(-1), weight[start : start + len(rows)].reshape(-1), len(upper)
-        )
-    high, missing = _crossing(upper, target)
-    lower = torch.zeros(1 << 16, dtype=torch.float64, device=panorama.device)
-    for start, rows in bands(panorama):
-        level = _bits(rows)
-        chosen = (level >> 16) == high
-        lower += torch.bincount(level[chosen] & 0xFFFF, weight[start : start + len(rows)][chosen], len(lower))
+    for start, _, level in bands:
+        lowest = min(lowest, float(level.min()))
+        bits = level.view(torch.int32) >> 16
+        upper += torch.bincount(bits.reshape(-1), weight[start : start + len(level)].reshape(-1), len(upper))
+    high, missing = _crossing(upper, fraction * 4 * math.pi)
+    lower = torch.zeros(1 << 16, dtype=torch.float64, device=device)
+    for start, _, level in bands:
+        bits = level.view(torch.int32)
+        chosen = (bits >> 16) == high
+        lower += torch.bincount(bits[chosen] & 0xFFFF, weight[start : start + len(level)][chosen], len(lower))
     low, _ = _crossing(lower, missing)
-    return _above(_value(high << 16 | low), lowest)
+    found = torch.tensor(high << 16 | low, dtype=torch.int32).view(torch.float32)
+    return _above(float(found), lowest)
 
 
 def _crossing(histogram: Tensor, target: float) -> tuple[int, float]:
@@ -187,13 +225,9 @@ def _crossing(histogram: Tensor, target: float) -> tuple[int, float]:
     return len(histogram) - 1 - place, target - before
 
 
-def _bits(rows: Tensor) -> Tensor:
-    """Bit patterns of the luminance in float32 (+ 0 turns a negative zero into a positive one)."""
-    return (luminance(rows).float() + 0.0).view(torch.int32)
-
-
-def _value(bits: int) -> float:
-    return float(torch.tensor(bits, dtype=torch.int32).view(torch.float32))
+def _level(rgb: Tensor) -> Tensor:
+    """Luminance in float32, with the bit pattern of a positive zero for a negative one."""
+    return luminance(rgb.to(torch.promote_types(rgb.dtype, torch.float32))).float() + 0.0
 
 
 def _above(value: float, lowest: float) -> float:
@@ -202,14 +236,3 @@ def _above(value: float, lowest: float) -> float:
     if single[0] > single[1]:
         return float(single[0])
     return float(torch.nextafter(single[1], torch.tensor(math.inf)))
-
-
-def _single(tensor: Tensor) -> Tensor:
-    return tensor.to(torch.promote_types(tensor.dtype, torch.float32))
-
-
-def _check_rule(method: str, fraction: float) -> None:
-    if method not in get_args(Method):
-        raise ValueError(f"separation: expected one of {', '.join(get_args(Method))}, received {method!r}")
-    if not 0 < fraction < 1:
-        raise ValueError(f"fraction: expected a number above 0 and below 1, received {fraction!r}")
