@@ -75,7 +75,7 @@ def encode(linear: Float[np.ndarray, "*shape 3"], gain: float = 1.0) -> UInt8[np
     The shoulder meets the straight part with its slope, and white is reached only in the limit.
 
     >>> encode(np.array([[0.18, 1.0, 100.0]])).tolist()
-    [[118, 229, 255]]
+    [[118, 236, 255]]
     """
     encoded = linear_to_srgb(np.maximum(linear * np.float32(gain), 0.0))
     over = np.maximum(encoded - KNEE, 0.0) / (1.0 - KNEE)
