@@ -9,8 +9,10 @@ from torch import Tensor
 
 from mixlight.light import gaussians, harmonics
 from mixlight.light.separate import luminance
-from mixlight.sphere.frames import FRAMES
 from mixlight.sphere.points import nearest, vogel
+
+FRAME = "mixlight"
+"""The frame that every lighting is held in."""
 
 NEGLIGIBLE = 1e-4
 """A lobe below this share of the sources' luminance counts as switched off."""
@@ -30,7 +32,7 @@ class Lighting:
 
     Raises:
         ValueError: shapes that do not fit each other, NaN or infinite values, negative energies, a sharpness
-            or exposure gain that is not above 0, an unknown frame.
+            or exposure gain that is not above 0, another frame.
 
     >>> ambient = torch.zeros(9, 3)
     >>> ambient[0] = math.sqrt(4 * math.pi)
@@ -75,8 +77,10 @@ class Lighting:
         for name, value in (("sharpness", self.sharpness), ("exposure_gain", self.exposure_gain)):
             if not (value > 0 and math.isfinite(value)):
                 raise ValueError(f"{name}: expected a number above 0, received {value!r}")
-        if self.frame not in FRAMES:
-            raise ValueError(f"frame: expected one of {', '.join(FRAMES)}, received {self.frame!r}")
+        if self.frame != FRAME:
+            raise ValueError(
+                f"frame: expected {FRAME!r} (others are made on export), received {self.frame!r}"
+            )
 
     @property
     def degree(self) -> int:
