@@ -10,11 +10,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-DENSE_LIMIT = 1 << 13
-"""Entries of a row matrix up to which one dense product beats the loop over runs (measured)."""
-
-DENSE_COLUMNS = 1 << 19
-"""Entries of a column matrix up to which one dense product beats the loop over taps (measured)."""
+BLOCK = 16
+"""Outputs of one dense product of `_multiply` (measured: 8 to 32 are alike)."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +19,7 @@ class Bands:
     """A matrix [outputs, inputs] whose row i is non-zero only from column starts[i] on, for one run."""
 
     starts: Int[Tensor, " outputs"]
-    """First input of each run; starts + run <= inputs."""
+    """First input of each run, ascending; starts + run <= inputs."""
     weights: Float[Tensor, "outputs run"]
     """The runs, float64."""
     inputs: int
@@ -56,31 +53,31 @@ def overlap(output_edges: Float[Tensor, " out_edges"], input_edges: Float[Tensor
 def apply(
     values: Float[Tensor, "*batch height width channels"], rows: Bands, columns: Bands
 ) -> Float[Tensor, "*batch out_height out_width channels"]:
-    """Return rows @ values @ columns^T for every channel; differentiable.
-
-    Maps that need no gradient and are too big for a dense product go run by run through the rows (each a
-    matrix-vector product on memory as it lies), so that only the already reduced map is touched twice.
-    """
+    """Return rows @ values @ columns^T for every channel; differentiable."""
     batch, (height, width, channels) = values.shape[:-3], values.shape[-3:]
     out_height, out_width = len(rows.starts), len(columns.starts)
-    precise = torch.float32 if values.dtype in (torch.float16, torch.bfloat16) else values.dtype
     flat = values.reshape(-1, height, width * channels)
-    graph = values.requires_grad and torch.is_grad_enabled()
-    if graph or out_height * height <= DENSE_LIMIT:
-        reduced = rows.dense().to(values.device, precise) @ flat.to(precise)
-    else:
-        reduced = flat.new_empty((len(flat), out_height, width * channels), dtype=precise)
-        weights, run = rows.weights.to(values.device, precise), rows.weights.shape[1]
-        for source, target in zip(flat, reduced, strict=True):
-            for i, start in enumerate(rows.starts.tolist()):
-                torch.mv(source[start : start + run].to(precise).T, weights[i], out=target[i])
-    reduced = reduced.view(-1, out_height, width, channels)
-    if graph or out_width * width <= DENSE_COLUMNS:
-        matrix = columns.dense().to(values.device, precise)
-        result = (reduced.transpose(-1, -2) @ matrix.T).transpose(-1, -2).contiguous()
-    else:
-        starts, taps = columns.starts.to(values.device), columns.weights.to(values.device, precise)
-        result = reduced.new_zeros((len(reduced), out_height, out_width, channels))
-        for tap in range(taps.shape[1]):
-            result.addcmul_(reduced.index_select(2, starts + tap), taps[:, tap, None])
-    return result.view(*batch, out_height, out_width, channels).to(values.dtype)
+    reduced = torch.stack([_multiply(rows, plane) for plane in flat]) if len(flat) else flat
+    planes = reduced.reshape(-1, width, channels).transpose(1, 2).reshape(-1, width)
+    result = _multiply(columns, planes.T).T.reshape(-1, channels, out_width).transpose(1, 2)
+    return result.reshape(*batch, out_height, out_width, channels).to(values.dtype)
+
+
+def _multiply(bands: Bands, values: Float[Tensor, "inputs n"]) -> Float[Tensor, "outputs n"]:
+    """Return bands @ values in at least float32, by blocks of outputs: each is a small dense product.
+
+    The work is inputs * BLOCK * n instead of inputs * outputs * n. Where a gradient is wanted it is one
+    block, for each block would send back a gradient as large as all values.
+    """
+    precise = torch.promote_types(values.dtype, torch.float32)
+    if values.requires_grad and torch.is_grad_enabled():
+        return bands.dense().to(values.device, precise) @ values.to(precise)
+    outputs, run = bands.weights.shape
+    result = values.new_empty((outputs, values.shape[1]), dtype=precise)
+    for start in range(0, outputs, BLOCK):
+        starts, weights = bands.starts[start : start + BLOCK], bands.weights[start : start + BLOCK]
+        first = int(starts[0])
+        block = Bands(starts - first, weights, int(starts[-1]) + run - first)
+        window = values[first : first + block.inputs].to(precise)
+        torch.mm(block.dense().to(values.device, precise), window, out=result[start : start + BLOCK])
+    return result

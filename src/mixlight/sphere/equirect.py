@@ -150,7 +150,8 @@ def directions_to_uv(directions: Float[Tensor, "*batch 3"]) -> Float[Tensor, "*b
     >>> directions_to_uv(torch.tensor([1.0, 0.0, 0.0]))
     tensor([0.7500, 0.5000])
     """
-    azimuth, angle = _bilinear.polar(directions)
+    wide = directions.to(torch.promote_types(directions.dtype, torch.float32))
+    azimuth, angle = _bilinear.polar(*_planes(wide))
     u = (azimuth / (2 * math.pi) + 0.5).clamp(min=0)
     return torch.stack((torch.where(u >= 1, u - 1, u), angle / math.pi), -1)
 
@@ -174,6 +175,11 @@ def uv_to_directions(uv: Float[Tensor, "*batch 2"]) -> Float[Tensor, "*batch 3"]
     azimuth, angle = (uv[..., 0] - 0.5) * (2 * math.pi), uv[..., 1] * math.pi
     sine = angle.sin()
     return torch.stack((sine * azimuth.sin(), angle.cos(), -sine * azimuth.cos()), -1)
+
+
+def _planes(directions: Tensor) -> _bilinear.Planes:
+    x, y, z = directions.unbind(-1)
+    return x.contiguous(), y.contiguous(), z.contiguous()
 
 
 def sample(
@@ -216,14 +222,21 @@ def sample(
             f"expected directions of shape [{', '.join(map(str, maps))}, ..., 3], "
             f"received {list(directions.shape)}"
         )
+    wide = directions.to(torch.promote_types(directions.dtype, torch.float32))
     if shared or not maps:
-        return _bilinear.lookup(panorama, directions[..., None, :])
-    rays = directions.shape[len(maps) : -1]
+        texels = panorama.reshape(-1, height * width, channels)
+        index, weight = _bilinear.taps(*_planes(wide), height, width)
+        index, weight = index.view(-1, 4), weight.view(-1, 4)
+        parts = [_bilinear.gather(texel, index, weight) for texel in texels]
+        result = torch.stack(parts) if parts else panorama.new_empty(0, len(index), channels)
+        return result.view(*maps, *directions.shape[:-1], channels)
     count = math.prod(maps)
-    index, weight = _bilinear.taps(directions.reshape(count, -1, 3), height, width)
-    index += torch.arange(count, device=index.device)[:, None, None] * (height * width)
-    texels = panorama.reshape(1, -1, channels)
-    return _bilinear.gather(texels, index.view(-1, 4), weight.view(-1, 4)).view(*maps, *rays, channels)
+    index, weight = _bilinear.taps(*_planes(wide.reshape(count, -1, 3)), height, width)
+    # One gather from all maps laid end to end; 32-bit indices hold them unless they are enormous.
+    flat = index.long() if panorama.numel() > 2**31 else index
+    flat = flat + torch.arange(count, device=index.device, dtype=flat.dtype)[:, None, None] * (height * width)
+    values = _bilinear.gather(panorama.reshape(-1, channels), flat.view(-1, 4), weight.view(-1, 4))
+    return values.view(*directions.shape[:-1], channels)
 
 
 def rotate(
@@ -255,27 +268,23 @@ def rotate(
     tensor([   0.,    0., -100.])
     """
     height, width = panorama.shape[-3:-1]
-    _bilinear.require_even(width)
-    if supersample < 1:
-        raise ValueError(f"expected supersample of at least 1, received {supersample}")
     exact = rotation.detach().double()
     error = (exact @ exact.T - torch.eye(3, dtype=torch.float64, device=exact.device)).abs().max().item()
     if not error <= 1e-3:
         raise ValueError(f"expected an orthonormal matrix, received one whose R R^T is off by {error:.3g}")
     dtype = torch.promote_types(panorama.dtype, torch.float32)
     matrix = rotation.to(panorama.device, dtype)
-    step = max(1, _bilinear.CHUNK // (width * supersample**2))
+    # The look-up for direction e is along d = rotation^T e = e @ rotation.
     fine = pixel_directions(1, supersample * width, dtype=dtype, device=panorama.device)[0]
-    sine, cosine = (table.to(panorama.device, dtype) for table in _rows(supersample * height))
-    blocks = []
-    for start in range(0, height, step):
-        rows = slice(supersample * start, supersample * min(start + step, height))
-        rays = fine * sine[rows, None, None]
-        rays[..., 1] = cosine[rows, None]
-        rays = rays.view(-1, supersample, width, supersample, 3).transpose(1, 2).flatten(2, 3)
-        # As row vectors, d = rotation^T e is e @ rotation.
-        blocks.append(_bilinear.lookup(panorama, rays @ matrix))
-    return torch.cat(blocks, -3)
+    across = fine[:, :1] * matrix[0] + fine[:, 2:] * matrix[2]
+    sine, cosine = (table.to(panorama.device, dtype)[:, None] for table in _rows(supersample * height))
+
+    def rays(start: int, stop: int) -> _bilinear.Planes:
+        s, c = sine[start:stop], cosine[start:stop]
+        x, y, z = (torch.addcmul(c * matrix[1, axis], s, across[:, axis]) for axis in range(3))
+        return x, y, z
+
+    return _bilinear.render(panorama, height, width, supersample, rays)
 
 
 def rotate_azimuth(
@@ -380,6 +389,29 @@ def resize(
         return panorama.clone()
     rows = _row_bands(panorama.shape[-3], height)
     return _separable.apply(panorama, rows, _column_bands(panorama.shape[-2], width))
+
+
+def prefilter(
+    panorama: Float[Tensor, "*batch height width channels"], spacing: float
+) -> Float[Tensor, "*batch out_height out_width channels"]:
+    """Reduce a panorama whose texels are finer than the rays that will sample it, so that none is skipped.
+
+    Args:
+        panorama: [..., H, W, C].
+        spacing: Angle between neighbouring rays in radians.
+
+    Returns:
+        `resize` of the panorama by the largest whole factor that leaves its texels no wider than `spacing`,
+        up to a row; the panorama itself where that factor is 1.
+
+    Convention: H = 512 and a spacing of pi / 128 give 128 rows.
+
+    >>> prefilter(torch.ones(512, 1024, 1), math.pi / 128).shape
+    torch.Size([128, 256, 1])
+    """
+    height = panorama.shape[-3]
+    factor = int(spacing * height / math.pi + 1e-9)
+    return panorama if factor < 2 else resize(panorama, max(2, height // factor))
 
 
 def integrate(panorama: Float[Tensor, "*batch height width channels"]) -> Float[Tensor, "*batch channels"]:

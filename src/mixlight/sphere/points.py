@@ -1,13 +1,12 @@
 """Anchors: points spread evenly over the sphere, their neighbours, and the nearest one to a direction."""
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
-
-from mixlight.sphere.equirect import pixel_directions
 
 _CHUNK = 1 << 22
 """Dot products held at once."""
@@ -129,8 +128,55 @@ def anchor_map(
 
 
 @lru_cache(maxsize=8)
-def _anchor_map(count: int, height: int, width: int) -> Tensor:
+def _anchor_map(count: int, height: int, width: int) -> Int[Tensor, "height width"]:
+    """`nearest` at every pixel, in 16 or 32 bits, tile by tile.
+
+    A tile of angular radius rho around a centre whose nearest point is at angle delta can only be near points
+    within delta + 2 rho of that centre. Most tiles are left with one point and need no look at their pixels.
+    """
     with torch.inference_mode(False):
         points = vogel(count, dtype=torch.float64, device="cpu")
         small = torch.int16 if count <= 1 << 15 else torch.int32
-        return nearest(points, pixel_directions(height, width, dtype=torch.float64, device="cpu")).to(small)
+        down, across = -(-height // _TILE), -(-width // _TILE)
+        # Pixels of the last tiles that would lie beyond the rim repeat the rim; they are cut off at the end.
+        row = torch.arange(down * _TILE, device="cpu").clamp(max=height - 1).view(down, _TILE)
+        column = torch.arange(across * _TILE, device="cpu").clamp(max=width - 1).view(across, _TILE)
+        angle = (row.double() + 0.5) * (math.pi / height)
+        azimuth = (column.double() + 0.5) * (2 * math.pi / width)
+        middle = angle.mean(1)
+        centre = _directions(middle[:, None], azimuth.mean(1)[None, :]).flatten(0, 1)
+        half = (angle[:, -1] - angle[:, 0]) / 2
+        # Down a meridian, then along a parallel: longer than the great circle.
+        radius = half[:, None] + angle.sin().amax(1)[:, None] * (azimuth[:, -1] - azimuth[:, 0]) / 2
+        result = torch.empty(down * across, _TILE, _TILE, dtype=small, device="cpu")
+        step = max(1, _CHUNK // count)
+        for start in range(0, len(centre), step):
+            distance = (centre[start : start + step] @ points.T).clamp(-1, 1).acos()
+            reach = distance.amin(1) + 2 * radius.flatten()[start : start + step] + 1e-6
+            possible = distance <= reach[:, None]
+            choices = possible.sum(1)
+            for k in sorted(set(choices.tolist())):
+                tiles = (choices == k).nonzero()[:, 0]
+                candidates = possible[tiles].nonzero()[:, 1].view(-1, k)
+                if k == 1:
+                    result[start + tiles] = candidates[:, :, None].to(small)
+                    continue
+                for some, those in _chunks(start + tiles, candidates, max(1, _CHUNK // (k * _TILE**2))):
+                    pixels = _directions(
+                        angle[some // across][:, :, None], azimuth[some % across][:, None, :]
+                    )
+                    best = (pixels.flatten(1, 2) @ points[those].transpose(1, 2)).argmax(2)
+                    result[some] = those.gather(1, best).view(-1, _TILE, _TILE).to(small)
+        rows = result.view(down, across, _TILE, _TILE).transpose(1, 2).reshape(down * _TILE, across * _TILE)
+        return rows[:height, :width].contiguous()
+
+
+def _chunks(tiles: Tensor, candidates: Tensor, step: int) -> Iterator[tuple[Tensor, Tensor]]:
+    for start in range(0, len(tiles), step):
+        yield tiles[start : start + step], candidates[start : start + step]
+
+
+def _directions(angle: Tensor, azimuth: Tensor) -> Tensor:
+    """Unit directions of polar angles and of azimuths counted from the left rim of the panorama."""
+    sine, cosine = angle.sin(), angle.cos()
+    return torch.stack((sine * -azimuth.sin(), cosine + 0 * azimuth, sine * azimuth.cos()), -1)
