@@ -1,4 +1,6 @@
-"""Pixels in and out: photos, Radiance and OpenEXR files, the sRGB curve and previews. NumPy float32, never torch."""
+"""Pixels in and out: photos, Radiance and OpenEXR files, the sRGB curve and previews. NumPy float32, never
+torch.
+"""
 
 from mixlight.image.atomic import atomic_path
 from mixlight.image.color import linear_to_srgb, luminance, srgb_to_linear, xyz_to_rec709

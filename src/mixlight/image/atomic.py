@@ -11,18 +11,21 @@ __all__ = ["atomic_path"]
 
 @contextlib.contextmanager
 def atomic_path(path: str | os.PathLike[str], *, durable: bool = False) -> Iterator[Path]:
-    """Gives a temporary name beside `path` that becomes `path` when the block ends, and vanishes when it fails.
+    """Gives a temporary name beside `path` that becomes `path` when the block ends, and vanishes when it
+    fails.
 
-    The temporary file lies in the same folder (a rename is atomic only within one file system), is hidden, keeps the
-    suffix of `path` for writers that look at it, and exists empty from the start, so that a folder without write
-    permission shows before any work is done. A symbolic link is followed: the file it points to is replaced.
+    The temporary file lies in the same folder (a rename is atomic only within one file system), is hidden,
+    keeps the suffix of `path` for writers that look at it, and exists empty from the start, so that a folder
+    without write permission shows before any work is done. A symbolic link is followed: the file it points to
+    is replaced.
 
-    Convention: readers see either the old file or the complete new one; two writers may race, and the last rename
-    stands.
+    Convention: readers see either the old file or the complete new one; two writers may race, and the last
+    rename stands.
 
     Args:
         path: the file to be made; its folder must exist.
-        durable: flush to the disk before the rename, so that the file survives a power cut and not only a kill.
+        durable: flush to the disk before the rename, so that the file survives a power cut and not only a
+            kill.
 
     Raises:
         OSError: the folder is missing or not writable, or `path` is a folder; the error names `path`.

@@ -85,22 +85,26 @@ def rgb_to_xyz_matrix(chromaticities: tuple[float, ...]) -> Float64[Array, "3 3"
     """
     xy = np.asarray(chromaticities, dtype=np.float64)
     if xy.shape != (8,) or not np.isfinite(xy).all() or (xy[1::2] == 0.0).any():
-        raise ValueError(f"chromaticities: expected 8 finite numbers with y above 0, received {tuple(xy.tolist())}")
+        raise ValueError(
+            f"chromaticities: expected 8 finite numbers with y above 0, received {tuple(xy.tolist())}"
+        )
     x, y = xy.reshape(4, 2).T
     xyz = np.stack([x / y, np.ones(4), (1.0 - x - y) / y])
     if abs(np.linalg.det(xyz[:, :3])) < 1e-9:
-        raise ValueError(f"chromaticities: expected three independent primaries, received {tuple(xy.tolist())}")
+        raise ValueError(
+            f"chromaticities: expected three independent primaries, received {tuple(xy.tolist())}"
+        )
     return np.asarray(xyz[:, :3] * np.linalg.solve(xyz[:, :3], xyz[:, 3]))
 
 
 def rgb_to_rec709_matrix(chromaticities: tuple[float, ...]) -> Float64[Array, "3 3"]:
     """The matrix M with rec709 = M rgb for linear rgb of other primaries, white kept white.
 
-    M = inverse(M709) A M_rgb, where A adapts the white to D65 in Bradford's cone space; a picture that was white
-    balanced for its own white stays so.
+    M = inverse(M709) A M_rgb, where A adapts the white to D65 in Bradford's cone space; a picture that was
+    white balanced for its own white stays so.
 
-    Convention: (1, 1, 1) maps to (1, 1, 1). The pure red of Display P3 lies outside Rec.709 and gets a negative
-    green of -0.042.
+    Convention: (1, 1, 1) maps to (1, 1, 1). The pure red of Display P3 lies outside Rec.709 and gets a
+    negative green of -0.042.
 
     Source: ICC.1:2022, annex E (Bradford); primaries as for `rgb_to_xyz_matrix`.
 
@@ -119,14 +123,15 @@ def convert_to_rec709(
 ) -> Float[Array, "*shape 3"]:
     """Linear rgb of other primaries in Rec.709, white kept white, without negative light.
 
-    Colours outside Rec.709 get a negative component; it is clipped at 0, because radiance is never negative. What is
-    negative, infinite or NaN in the input stays so, for the caller to find.
+    Colours outside Rec.709 get a negative component; it is clipped at 0, because radiance is never negative.
+    What is negative, infinite or NaN in the input stays so, for the caller to find.
 
     Raises:
         ValueError: the chromaticities span no colour space.
 
-    >>> convert_to_rec709(np.array([1.0, 1.0, 1.0]), (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290)).round(3)
-    array([1., 1., 1.])
+    >>> p3 = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290)
+    >>> convert_to_rec709(np.array([1.0, 0.0, 0.0]), p3).round(3)
+    array([1.225, 0.   , 0.   ])
     """
     matrix = rgb_to_rec709_matrix(chromaticities).astype(rgb.dtype)
     with np.errstate(invalid="ignore"):  # infinity - infinity
@@ -145,7 +150,8 @@ def is_rec709(chromaticities: tuple[float, ...]) -> bool:
 
 
 def xyz_to_rec709(xyz: Float[Array, "*shape 3"]) -> Float[Array, "*shape 3"]:
-    """CIE XYZ to linear Rec.709, colorimetrically (no white adaptation): D65 white (0.9505, 1, 1.0891) is (1, 1, 1).
+    """CIE XYZ to linear Rec.709, colorimetrically (no white adaptation): D65 white (0.9505, 1, 1.0891) is (1,
+    1, 1).
 
     Colours outside Rec.709 get negative components; the caller decides what becomes of them.
 

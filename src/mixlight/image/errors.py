@@ -1,4 +1,4 @@
-"""What goes wrong with an image file, said in one line that names the file, what was expected and what came."""
+"""What goes wrong with an image file, in one line: the file, what was expected, what was received."""
 
 import os
 from pathlib import Path

@@ -35,16 +35,17 @@ def read(
 ) -> tuple[Float32[Array, "height width 3"], dict[str, Attribute]]:
     """Reads an OpenEXR picture as linear Rec.709.
 
-    The colour is taken from the channels R, G and B (half or float, of one kind or mixed), from Y alone as grey, or
-    from a single layer whose channels end in .R, .G and .B; the first part that has one of these counts. Alpha is
-    left out: OpenEXR colour is premultiplied, so this is the picture over black.
+    The colour is taken from the channels R, G and B (half or float, of one kind or mixed), from Y alone as
+    grey, or from a single layer whose channels end in .R, .G and .B; the first part that has one of these
+    counts. Alpha is left out: OpenEXR colour is premultiplied, so this is the picture over black.
 
-    Convention: chromaticities other than Rec.709 are adapted white to white, and what they put outside Rec.709 is
-    clipped at 0. The result is the display window; black where the file holds no data. Values are not judged: NaN
-    and negative ones come back as they are.
+    Convention: chromaticities other than Rec.709 are adapted white to white, and what they put outside
+    Rec.709 is clipped at 0. The result is the display window; black where the file holds no data. Values are
+    not judged: NaN and negative ones come back as they are.
 
     Returns:
-        The picture, row 0 at the top, and the header's texts and numbers, with `envmap` as "latlong" or "cube".
+        The picture, row 0 at the top, and the header's texts and numbers, with `envmap` as "latlong" or
+        "cube".
 
     Raises:
         ImageFileError: (a ValueError) no OpenEXR picture, truncated, corrupt, without colour, or too large.
@@ -61,7 +62,9 @@ def read(
     for part in parts:
         if part.pixels > max_pixels:
             height, width = part.size
-            raise file_error(path, f"at most {max_pixels} pixels", f"{width} x {height} (stored: {part.pixels})")
+            raise file_error(
+                path, f"at most {max_pixels} pixels", f"{width} x {height} (stored: {part.pixels})"
+            )
         if part.deep:
             raise file_error(path, "a flat picture", "deep data")
     file = _open(path, separate=False)
@@ -71,7 +74,9 @@ def read(
         found = _find_colour([file.channels(i) for i in range(len(parts))])
     if found is None:
         names = [name for i in range(len(parts)) for name in file.channels(i)]
-        raise file_error(path, "half or float channels R, G, B or Y, or one layer with them", ", ".join(names))
+        raise file_error(
+            path, "half or float channels R, G, B or Y, or one layer with them", ", ".join(names)
+        )
     index, planes = found
     header = file.header(index)
     rgb = _to_display_window(_interleaved(planes), parts[index])
@@ -96,8 +101,8 @@ def write(
 ) -> None:
     """Writes linear Rec.709 radiance as half floats, ZIP compressed, atomically.
 
-    The header gets the chromaticities of Rec.709 and, for a 2:1 picture, `envmap` = latlong. Values above 65504 are
-    written as 65504, the largest half.
+    The header gets the chromaticities of Rec.709 and, for a 2:1 picture, `envmap` = latlong. Values above
+    65504 are written as 65504, the largest half.
 
     Args:
         path: the file to make.

@@ -1,7 +1,8 @@
 """The structure of an OpenEXR file, read before anything is decoded.
 
-The official library decodes on opening, and of a truncated file it prints to the standard error and returns no
-channels. What is read here (the header's windows and the table of chunks) tells the size and the truncation first.
+The official library decodes on opening, and of a truncated file it prints to the standard error and returns
+no channels. What is read here (the header's windows and the table of chunks) tells the size and the
+truncation first.
 
 Source: "OpenEXR File Layout", the Academy Software Foundation.
 """
@@ -62,7 +63,7 @@ def read_parts(file: BinaryIO) -> list[Part]:
     try:
         flags = struct.unpack_from("<i", head, 4)[0]
         multipart, position = bool(flags & 0x1000), 8
-        headers = []
+        headers: list[dict[str, bytes]] = []
         while not headers or (multipart and head[position] != 0):
             attributes, position = _attributes(head, position)
             headers.append(attributes)
@@ -70,7 +71,11 @@ def read_parts(file: BinaryIO) -> list[Part]:
         parts = [_part(attributes, bool(flags & 0x800)) for attributes in headers]
         _check_chunks(file, size, position, headers, multipart, bool(flags & 0x200))
     except (struct.error, IndexError, KeyError, UnicodeDecodeError) as error:
-        missing = f"no {error.args[0]} in it" if isinstance(error, KeyError) else f"{size} bytes (truncated or corrupt)"
+        missing = (
+            f"no {error.args[0]} in it"
+            if isinstance(error, KeyError)
+            else f"{size} bytes (truncated or corrupt)"
+        )
         raise ValueError(f"expected a complete OpenEXR header, received {missing}") from None
     return parts
 
@@ -117,7 +122,9 @@ def _check_chunks(
     word = file.read(4)
     end = last + leader + 4 + (struct.unpack("<i", word)[0] if len(word) == 4 else 0)
     if min(offsets) < position + 8 * table or last >= size or end > size:
-        raise ValueError(f"expected {table} chunks up to byte {max(end, last)}, received {size} bytes (truncated)")
+        raise ValueError(
+            f"expected {table} chunks up to byte {max(end, last)}, received {size} bytes (truncated)"
+        )
 
 
 def _chunk_count(attributes: dict[str, bytes], tiled: bool) -> int | None:

@@ -1,8 +1,9 @@
 """Radiance pictures (.hdr, .pic): the codec.
 
-A file is `#?RADIANCE`, header lines, an empty line, a line with the axes and the size, and the scanlines. The header
-lines that change the meaning of the pixels are honoured on reading: EXPOSURE and COLORCORR are divided out, PRIMARIES
-other than Rec.709 are converted, XYZE becomes Rec.709, and each of the eight axis orders is turned upright.
+A file is `#?RADIANCE`, header lines, an empty line, a line with the axes and the size, and the scanlines. The
+header lines that change the meaning of the pixels are honoured on reading: EXPOSURE and COLORCORR are divided
+out, PRIMARIES other than Rec.709 are converted, XYZE becomes Rec.709, and each of the eight axis orders is
+turned upright.
 """
 
 import os
@@ -48,7 +49,7 @@ class _Header:
 def read(
     source: str | os.PathLike[str] | bytes, *, max_pixels: int = 2**28
 ) -> tuple[Float32[Array, "height width 3"], dict[str, str]]:
-    """Reads a Radiance picture as linear Rec.709.
+    r"""Reads a Radiance picture as linear Rec.709.
 
     Args:
         source: a path, or the file's bytes.
@@ -58,11 +59,11 @@ def read(
         The upright picture, row 0 at the top, and the header's `KEY=value` lines as text (the product of all
         EXPOSURE lines, the axes under RESOLUTION, and the words of the first line under MAGIC).
 
-    Convention: a pixel (128, 128, 128, 129) is 1.0 in each channel. EXPOSURE and COLORCORR say by what the values
-    have been multiplied, so the values are divided by them: the result is what the file's author measured or
-    rendered. PRIMARIES of zeros, as Photoshop writes them, mean none. Other PRIMARIES are adapted white to white.
-    XYZE values are converted colorimetrically, and what lies outside Rec.709 is clipped at 0, because radiance is
-    never negative.
+    Convention: a pixel (128, 128, 128, 129) is 1.0 in each channel. EXPOSURE and COLORCORR say by what the
+    values have been multiplied, so the values are divided by them: the result is what the file's author
+    measured or rendered. PRIMARIES of zeros, as Photoshop writes them, mean none. Other PRIMARIES are adapted
+    white to white. XYZE values are converted colorimetrically, and what lies outside Rec.709 is clipped at 0,
+    because radiance is never negative.
 
     Raises:
         ImageFileError: (a ValueError) the file is no Radiance picture, truncated, corrupt or too large.
@@ -70,7 +71,8 @@ def read(
 
     Source: the Radiance picture file format, G. Ward.
 
-    >>> rgb, header = read(b"#?RADIANCE\\nFORMAT=32-bit_rle_rgbe\\n\\n-Y 1 +X 1\\n" + bytes([128, 64, 0, 129]))
+    >>> head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n"
+    >>> rgb, header = read(head + bytes([128, 64, 0, 129]))
     >>> rgb.tolist(), header["RESOLUTION"]
     ([[[1.0, 0.5, 0.0]]], '-Y 1 +X 1')
     """
@@ -88,9 +90,9 @@ def read(
 
 
 def read_size(source: str | os.PathLike[str] | bytes) -> tuple[int, int]:
-    """(height, width) of the upright picture, from the header alone.
+    r"""(height, width) of the upright picture, from the header alone.
 
-    >>> read_size(b"#?RADIANCE\\n\\n+X 7 +Y 5\\n")
+    >>> read_size(b"#?RADIANCE\n\n+X 7 +Y 5\n")
     (5, 7)
     """
     if isinstance(source, bytes):
@@ -126,7 +128,11 @@ def write(
         raise ValueError(f"{path}: expected values of shape [height, width, 3], received {list(rgb.shape)}")
     lines = ["#?RADIANCE"]
     for key, value in (header or {}).items():
-        if key in _RESERVED or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_.:-]*", key) or one_line(value, 2**16) != value:
+        if (
+            key in _RESERVED
+            or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_.:-]*", key)
+            or one_line(value, 2**16) != value
+        ):
             raise ValueError(
                 f"{path}: expected header words other than {', '.join(_RESERVED)} with one-line values, "
                 f"received {key!r}: {value!r}"
@@ -149,7 +155,7 @@ def _load(source: str | os.PathLike[str] | bytes) -> Array:
     with open(source, "rb") as file:
         size = os.fstat(file.fileno()).st_size
         data = np.zeros(size + runlength.PADDING, dtype=np.uint8)
-        received = file.readinto(memoryview(data)[:size])
+        received = file.readinto(data[:size].data)
         return data[: received + runlength.PADDING]
 
 

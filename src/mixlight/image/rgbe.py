@@ -17,8 +17,8 @@ _BATCH = 2**18  # pixels whose temporaries stay in the cache
 def decode(pixels: UInt8[Array, "height width 4"]) -> Float32[Array, "height width 3"]:
     """The values m * 2^(E - 136) of pixels (m_r, m_g, m_b, E); E = 0 is black.
 
-    Convention: (128, 64, 0, 129) is (1, 0.5, 0). Half a step is not added to the mantissa, as in OpenCV, OpenImageIO
-    and three.js: whole powers of two come back exactly and an empty channel stays empty.
+    Convention: (128, 64, 0, 129) is (1, 0.5, 0). Half a step is not added to the mantissa, as in OpenCV,
+    OpenImageIO and three.js: whole powers of two come back exactly and an empty channel stays empty.
 
     Source: G. Ward, "Real Pixels", Graphics Gems II, 1991.
 

@@ -1,13 +1,13 @@
 """The run-length codings of Radiance scanlines, on bytes: new (per component), old (per pixel) and none.
 
-New: each scanline begins with 2 2 hi lo (its width), then R, G, B and E of the whole scanline, each as codes: a byte
-n > 128 and a value repeat that value n - 128 times; a byte n <= 128 is followed by n literal values. Old: pixels of
-four bytes; (1, 1, 1, n) repeats the pixel before n times, directly following repeats count n * 256, n * 65536 and so
-on. A file without any coding is an old file without repeats.
+New: each scanline begins with 2 2 hi lo (its width), then R, G, B and E of the whole scanline, each as codes:
+a byte n > 128 and a value repeat that value n - 128 times; a byte n <= 128 is followed by n literal values.
+Old: pixels of four bytes; (1, 1, 1, n) repeats the pixel before n times, directly following repeats count n *
+256, n * 65536 and so on. A file without any coding is an old file without repeats.
 
-Where a code begins is known only when the code before it is. The new coding is therefore walked for all scanlines
-abreast, one code a step: the scanlines' first bytes are found by their 2 2 hi lo, and those that are no beginnings
-but pixels that look alike drop out, because no scanline before them ends there.
+Where a code begins is known only when the code before it is. The new coding is therefore walked for all
+scanlines abreast, one code a step: the scanlines' first bytes are found by their 2 2 hi lo, and those that
+are no beginnings but pixels that look alike drop out, because no scanline before them ends there.
 
 Source: G. Ward, "Real Pixels", Graphics Gems II, 1991, and the Radiance file format reference.
 """
@@ -23,7 +23,8 @@ MIN_WIDTH, MAX_WIDTH = 8, 32767
 """Scanlines of these widths are written in the new coding, others flat."""
 
 PADDING = 260
-"""Zero bytes that must follow the data handed to `decode`: a step may look that far beyond a truncated end."""
+"""Zero bytes that must follow the data handed to `decode`: a step may look that far beyond a truncated end.
+"""
 
 _CODE = np.arange(256)
 _COUNT = np.where(_CODE > 128, _CODE - 128, _CODE)  # bytes that a code yields
@@ -74,7 +75,9 @@ def _decode_new(
             if line_starts[-1] + 4 > size or (end is not None and -end >= size):
                 raise ValueError(f"expected {lines} scanlines, received {line} and a part (truncated)")
             what = "no mark of its beginning" if end is None else "codes that do not fit its width"
-            raise ValueError(f"expected run-length coded scanline {line + 1} of {lines}, received {what} (corrupt)")
+            raise ValueError(
+                f"expected run-length coded scanline {line + 1} of {lines}, received {what} (corrupt)"
+            )
         line_starts.append(end)
     bounds = np.array(line_starts)
     if len(found) > lines:
