@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mixlight.app.estimate_command import estimate as estimate
+    from mixlight.app.photos import estimate as estimate
     from mixlight.image.ldr import Photo as Photo
     from mixlight.image.ldr import read_photo as read_photo
     from mixlight.light.document import load as load
@@ -33,7 +33,7 @@ _HOME = {
     "Lighting": "mixlight.light.lighting",
     "Photo": "mixlight.image.ldr",
     "convert_panorama": "mixlight.sphere.frames",
-    "estimate": "mixlight.app.estimate_command",
+    "estimate": "mixlight.app.photos",
     "fit": "mixlight.light.fit",
     "load": "mixlight.light.document",
     "read_photo": "mixlight.image.ldr",

@@ -204,9 +204,7 @@ def test_estimate_is_a_function_too(photo: Path, model: Path) -> None:
         mixlight.estimate(photo, fov_x=math.pi, model=estimator)
 
 
-def test_an_impossible_angle_in_exif_is_not_believed() -> None:
-    assert photos.field_of_view(math.radians(179.9)).source == "assumed"
-    assert photos.field_of_view(math.radians(0.5)).radians == photos.ASSUMED_FOV
+def test_impossible_angles_are_refused() -> None:
     for bad in (0.0, -1.0, math.nan, math.inf, math.radians(1), math.radians(170)):
         with pytest.raises(ValueError, match="between 1° and 170°"):
-            photos.field_of_view(None, bad)
+            photos.check_fov(bad)

@@ -15,7 +15,9 @@ from mixlight.app.report import UsageError, complain, describe, print_json
 __all__ = ["Job", "add_batch_arguments", "output_folder", "plan", "run_batch"]
 
 DEFAULT_OUT = "mixlight-out"
-DEFAULT_MEGAPIXELS = 140.0
+PHOTO_MEGAPIXELS = 120.0
+PANORAMA_MEGAPIXELS = 140.0
+"""16384 x 8192 fits."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def run_batch(jobs: Sequence[Job], work: Callable[[Job], dict[str, Any]], *, as_
     return 1 if failed else 0
 
 
-def add_batch_arguments(parser: argparse.ArgumentParser, *, what: str) -> None:
+def add_batch_arguments(parser: argparse.ArgumentParser, *, what: str, max_megapixels: float) -> None:
     """The options that `estimate` and `fit` share."""
     parser.add_argument(
         "--out", type=Path, default=Path(DEFAULT_OUT), metavar="DIR",
@@ -127,7 +129,7 @@ def add_batch_arguments(parser: argparse.ArgumentParser, *, what: str) -> None:
         help="rows of the environment map, which is twice as wide (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
-        "--max-megapixels", type=megapixels, default=DEFAULT_MEGAPIXELS, metavar="M",
+        "--max-megapixels", type=megapixels, default=max_megapixels, metavar="M",
         help=f"refuse a larger {what} before it is decoded (default: %(default)g)",
     )  # fmt: skip
     parser.add_argument(

@@ -7,16 +7,25 @@ where the photo looks.
 
 import argparse
 import math
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mixlight.app.batch import Job, add_batch_arguments, number, output_folder, plan, run_batch
+from mixlight.app.batch import (
+    PHOTO_MEGAPIXELS,
+    Job,
+    add_batch_arguments,
+    number,
+    output_folder,
+    plan,
+    run_batch,
+)
 from mixlight.app.report import UsageError
 
 if TYPE_CHECKING:
     from mixlight.app.photos import FieldOfView
     from mixlight.image.ldr import Photo
-    from mixlight.network.estimator import Estimate
+    from mixlight.network.estimator import Estimate, Estimator
+    from mixlight.render.spheres import SphereRenderer
 
 HELP = "one indoor photo in, its HDR light out"
 
@@ -34,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--model", default="default", metavar="NAME_OR_PATH",
         help="a shipped model, or a .safetensors file (default: %(default)s)",
     )  # fmt: skip
-    add_batch_arguments(parser, what="photo")
+    add_batch_arguments(parser, what="photo", max_megapixels=PHOTO_MEGAPIXELS)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -42,49 +51,58 @@ def run(arguments: argparse.Namespace) -> int:
     fov_x = None if arguments.fov_deg is None else math.radians(arguments.fov_deg)
     with output_folder(arguments.out) as out:
         # torch is imported only now, when the call as such is known to be right.
+        from mixlight.app.preview import SPHERE
         from mixlight.network.estimator import Estimator
+        from mixlight.render.spheres import SphereRenderer
 
         try:
             estimator = Estimator.load(arguments.model)
         except (ValueError, OSError) as error:
             raise UsageError(f"--model {arguments.model}: {error}") from error
+        tools = _Tools(estimator, SphereRenderer(SPHERE))
+        max_pixels = int(arguments.max_megapixels * 1e6)
 
         def work(job: Job) -> dict[str, Any]:
-            return _estimate_one(job, estimator, fov_x, arguments.height, int(arguments.max_megapixels * 1e6))
+            return _estimate_one(job, tools, fov_x, arguments.height, max_pixels)
 
         return run_batch(plan(arguments.photos, out), work, as_json=arguments.as_json)
 
 
-def _estimate_one(
-    job: Job, estimator: Any, fov_x: float | None, height: int, max_pixels: int
-) -> dict[str, Any]:
-    import torch
+@dataclass(frozen=True)
+class _Tools:
+    """What is made once for all photos."""
 
+    estimator: "Estimator"
+    renderer: "SphereRenderer"
+
+
+def _estimate_one(
+    job: Job, tools: _Tools, fov_x: float | None, height: int, max_pixels: int
+) -> dict[str, Any]:
     from mixlight.app.outputs import write_result
-    from mixlight.app.photos import field_of_view
+    from mixlight.app.photos import field_of_view, linear_tensor
     from mixlight.app.preview import auto_exposure, estimate_preview
-    from mixlight.app.scene import light_markers, preview_spheres
+    from mixlight.app.scene import light_markers, photo_outline
     from mixlight.image.ldr import read_photo
     from mixlight.light.lights import merge
 
     photo = read_photo(job.source, max_pixels=max_pixels)
-    fov = field_of_view(photo.exif_fov, fov_x, photo.exif_fov_how)
-    result: Estimate = estimator.estimate(torch.from_numpy(photo.linear), fov.radians)
-    # What is written is what lighting.json holds: lobes too weak to be listed there are not in the map
-    # either.
+    fov = field_of_view(photo, fov_x)
+    result = tools.estimator.estimate(linear_tensor(photo), fov.radians)
+    # Lobes too weak to be listed in lighting.json are not in the map either.
     lighting = result.lighting.pruned()
     environment = lighting.environment(height)
     lights = merge(lighting)
-    spheres, mask = preview_spheres(environment)
     preview = estimate_preview(
         photo.linear,
         environment.numpy(),
-        spheres.numpy(),
-        mask.numpy(),
+        tools.renderer.render(environment).numpy(),
+        tools.renderer.mask.numpy(),
         light_markers(lights),
+        photo_outline(*photo.size, fov.radians, result.pitch, result.roll),
         # A photo holds its own white. A linear file has none, and may need a gain to be seen at all.
         gain=1.0 if photo.source == "ldr" else auto_exposure(photo.linear),
-        caption=Path(job.source).name,
+        caption=photo.name,
     )
     camera = _camera(fov, result)
     write_result(
@@ -92,8 +110,8 @@ def _estimate_one(
         lighting,
         environment,
         preview,
-        photo=_photo_record(job.source, photo, camera),
-        model=estimator.card,
+        photo=_photo_record(photo, camera),
+        model=tools.estimator.card,
     )
     return {
         "summary": _summary(fov, len(lights)),
@@ -113,15 +131,18 @@ def _camera(fov: "FieldOfView", result: "Estimate") -> dict[str, Any]:
     return camera | ({} if fov.note is None else {"fov_note": fov.note})
 
 
-def _photo_record(source: str, photo: "Photo", camera: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "name": Path(source).name,
-        "width": photo.linear.shape[1],
-        "height": photo.linear.shape[0],
+def _photo_record(photo: "Photo", camera: dict[str, Any]) -> dict[str, Any]:
+    width, height = photo.size
+    record = {
+        "name": photo.name,
+        "width": width,
+        "height": height,
+        "format": photo.format,
         "source": photo.source,
         "bit_depth": photo.bit_depth,
         "camera": camera,
     }
+    return record | ({"notes": list(photo.notes)} if photo.notes else {})
 
 
 def _summary(fov: "FieldOfView", lights: int) -> str:

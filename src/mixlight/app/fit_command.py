@@ -8,15 +8,26 @@ the panorama itself.
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mixlight.app.batch import Job, add_batch_arguments, number, output_folder, plan, run_batch
+from mixlight.app.batch import (
+    PANORAMA_MEGAPIXELS,
+    Job,
+    add_batch_arguments,
+    number,
+    output_folder,
+    plan,
+    run_batch,
+)
+
+if TYPE_CHECKING:
+    from mixlight.render.spheres import SphereRenderer
 
 HELP = "an HDR panorama in, its light as ambient and sources out"
 
 PROTOCOL = (
-    "M: linear RMSE over the pixels and channels of each sphere, lit by the fit and by the panorama, both times "
-    "gain, which brings the panorama's median luminance to 0.18; si: after the best single scale"
+    "M: linear RMSE over the pixels and channels of each sphere, lit by the fit and by the panorama, both "
+    "times gain, which brings the panorama's median luminance to 0.18; si: after the best single scale"
 )
 
 
@@ -45,21 +56,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--anchors", type=_anchors, default=128, metavar="N",
         help="directions that a source can have (default: %(default)s)",
     )  # fmt: skip
-    add_batch_arguments(parser, what="panorama")
+    add_batch_arguments(parser, what="panorama", max_megapixels=PANORAMA_MEGAPIXELS)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Fit each panorama; returns the exit status."""
     with output_folder(arguments.out) as out:
-        return run_batch(
-            plan(arguments.panoramas, out), lambda job: _fit_one(job, arguments), as_json=arguments.as_json
-        )
+        from mixlight.app.preview import SPHERE
+        from mixlight.render.spheres import SphereRenderer
+
+        renderer = SphereRenderer(SPHERE)
+
+        def work(job: Job) -> dict[str, Any]:
+            return _fit_one(job, arguments, renderer)
+
+        return run_batch(plan(arguments.panoramas, out), work, as_json=arguments.as_json)
 
 
-def _fit_one(job: Job, arguments: argparse.Namespace) -> dict[str, Any]:
+def _fit_one(job: Job, arguments: argparse.Namespace, renderer: "SphereRenderer") -> dict[str, Any]:
     from mixlight.app.outputs import write_result
     from mixlight.app.preview import auto_exposure, fit_preview
-    from mixlight.app.scene import light_markers, preview_spheres, read_map
+    from mixlight.app.scene import light_markers, read_map
     from mixlight.light.compare import rmse_and_si_rmse
     from mixlight.light.fit import energy_report, fit
     from mixlight.light.lights import merge
@@ -78,8 +95,8 @@ def _fit_one(job: Job, arguments: argparse.Namespace) -> dict[str, Any]:
     environment = lighting.environment(arguments.height)
     gain = auto_exposure(shown.numpy(), equirect.solid_angle(shown.shape[0]).numpy())
 
-    true_spheres, mask = preview_spheres(shown)
-    fitted_spheres, _ = preview_spheres(environment)
+    true_spheres, fitted_spheres = renderer.render(shown), renderer.render(environment)
+    mask = renderer.mask
     rmse, si_rmse = rmse_and_si_rmse(fitted_spheres[:, mask] * gain, true_spheres[:, mask] * gain)
     errors = {
         name: {"rmse": float(rmse[i]), "si_rmse": float(si_rmse[i])}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -13,7 +14,7 @@ from torch import Tensor
 from mixlight.image.ldr import Photo, read_photo
 from mixlight.network.estimator import Estimate, Estimator
 
-__all__ = ["ASSUMED_FOV", "FieldOfView", "check_fov", "estimate", "field_of_view"]
+__all__ = ["ASSUMED_FOV", "FieldOfView", "check_fov", "estimate", "field_of_view", "linear_tensor"]
 
 ASSUMED_FOV = math.radians(60.0)
 """Horizontal field of view of a photo that does not say its own, landscape or portrait.
@@ -31,7 +32,7 @@ class FieldOfView:
     radians: float
     source: Literal["option", "exif", "assumed"]
     note: str | None = None
-    """What a reader of the result should know; None where the angle is certain."""
+    """What it was worked out from, or why it had to be assumed."""
 
 
 def check_fov(fov_x: float) -> float:
@@ -48,30 +49,22 @@ def check_fov(fov_x: float) -> float:
     return fov_x
 
 
-def field_of_view(exif_fov: float | None, fov_x: float | None = None, how: str | None = None) -> FieldOfView:
+def field_of_view(photo: Photo, fov_x: float | None = None) -> FieldOfView:
     """The horizontal field of view to use: the caller's, else the photo's EXIF, else `ASSUMED_FOV`.
 
     Args:
-        exif_fov: what EXIF says, in radians, or None. An impossible value is not believed.
+        photo: a photo that was read.
         fov_x: what the caller says, in radians, or None.
-        how: what EXIF's angle was worked out from.
 
     Raises:
         ValueError: the caller's angle is not between 1° and 170°.
-
-    >>> field_of_view(None).source, field_of_view(0.9).source, field_of_view(0.9, 1.2).radians
-    ('assumed', 'exif', 1.2)
     """
     if fov_x is not None:
         return FieldOfView(check_fov(fov_x), "option")
-    if exif_fov is None:
-        note = "no field of view was given and the file holds no focal length: 60 degrees are assumed"
-        return FieldOfView(ASSUMED_FOV, "assumed", note)
-    if not SMALLEST_FOV < exif_fov < LARGEST_FOV:
-        told = f"{math.degrees(exif_fov):.4g} degrees"
-        note = f"the file's EXIF says {told}, which no photo has: 60 degrees are assumed"
-        return FieldOfView(ASSUMED_FOV, "assumed", note)
-    return FieldOfView(exif_fov, "exif", how)
+    if photo.exif_fov is not None:
+        return FieldOfView(photo.exif_fov, "exif", photo.exif_fov_source)
+    why = photo.exif_fov_source or "the file holds no focal length"
+    return FieldOfView(ASSUMED_FOV, "assumed", f"{why}; 60 degrees are assumed")
 
 
 def estimate(
@@ -102,6 +95,11 @@ def estimate(
         check_fov(fov_x)
     estimator = model if isinstance(model, Estimator) else Estimator.load(model)
     if isinstance(photo, Tensor):
-        return estimator.estimate(photo, field_of_view(None, fov_x).radians)
+        return estimator.estimate(photo, ASSUMED_FOV if fov_x is None else fov_x)
     read = photo if isinstance(photo, Photo) else read_photo(photo)
-    return estimator.estimate(torch.from_numpy(read.linear), field_of_view(read.exif_fov, fov_x).radians)
+    return estimator.estimate(linear_tensor(read), field_of_view(read, fov_x).radians)
+
+
+def linear_tensor(photo: Photo) -> Float[Tensor, "height width 3"]:
+    """The photo's linear values as a tensor, without a copy where its memory allows."""
+    return torch.from_numpy(np.ascontiguousarray(photo.linear))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Bool, Float, Shaped, UInt8
 from PIL import Image, ImageDraw, ImageFont
 
 from mixlight.image.color import linear_to_srgb, luminance
@@ -113,6 +113,7 @@ def estimate_preview(
     spheres: Float[np.ndarray, "3 size size 3"],
     mask: Bool[np.ndarray, "size size"],
     markers: Sequence[Marker],
+    outline: Float[np.ndarray, "points 3"] | None = None,
     *,
     gain: float = 1.0,
     caption: str = "photo",
@@ -126,12 +127,11 @@ def estimate_preview(
         spheres: the three spheres lit by it, linear, in the order of `MATERIALS`.
         mask: the pixels that a sphere covers.
         markers: the lights to be circled on the map.
+        outline: directions along the photo's edge, to show which part of the map the photo sees.
         gain: multiplies all of them.
         caption: what stands above the photo.
     """
-    right = _light_column(
-        environment, spheres, mask, markers, gain, "estimated light, in the photo's exposure"
-    )
+    right = _light_column(environment, spheres, mask, markers, gain, "estimated light", outline)
     rows = right.height - CAPTION_ROWS
     scale = min(rows / photo.shape[0], rows * 4 / 3 / photo.shape[1])
     size = (max(round(photo.shape[1] * scale), 1), max(round(photo.shape[0] * scale), 1))
@@ -186,13 +186,14 @@ def _light_column(
     markers: Sequence[Marker],
     gain: float,
     caption: str,
+    outline: Float[np.ndarray, "points 3"] | None = None,
 ) -> Image.Image:
     space = (MAP_COLUMNS - 3 * SPHERE) // 2
     column = Image.new("RGB", (MAP_COLUMNS, MAP_ROWS + GAP + SPHERE + 2 * CAPTION_ROWS), PAGE)
     shown = Image.fromarray(encode(environment, gain)).resize(
         (MAP_COLUMNS, MAP_ROWS), Image.Resampling.BICUBIC
     )
-    _mark(shown, markers)
+    _mark(shown, markers, outline)
     column.paste(shown, (0, CAPTION_ROWS))
     _caption(column, 0, 0, caption)
     top = CAPTION_ROWS + MAP_ROWS + GAP
@@ -243,29 +244,49 @@ def _disc(pixels: int) -> Image.Image:
     return Image.fromarray((np.clip(inside + 0.5, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8))
 
 
-def _mark(shown: Image.Image, markers: Sequence[Marker]) -> None:
-    """Circle the lights, drawn four times too large and reduced, because Pillow's circles have hard edges."""
-    if not markers:
+def _mark(
+    shown: Image.Image, markers: Sequence[Marker], outline: Float[np.ndarray, "points 3"] | None = None
+) -> None:
+    """Circle the lights and draw the photo's edge, four times too large, then reduced: Pillow is jagged."""
+    if not markers and outline is None:
         return
     fine = 4
-    layer = Image.new("L", (shown.width * fine, shown.height * fine), 0)
-    shade = Image.new("L", layer.size, 0)
-    for marker in markers:
-        x, y, z = marker.direction
-        u = 0.5 + np.arctan2(x, -z) / (2.0 * np.pi)
-        v = np.arccos(np.clip(y, -1.0, 1.0)) / np.pi
-        radius = (6.0 + 20.0 * np.sqrt(np.clip(marker.share, 0.0, 1.0))) * fine
-        for turn in (-1, 0, 1):  # a circle over the map's edge goes on at the other side
-            centre = ((u + turn) * layer.width, v * layer.height)
-            for canvas, line, extra in ((shade, 5 * fine, 1.5 * fine), (layer, 2 * fine, 0.0)):
-                reach = radius + extra
-                box = (centre[0] - reach, centre[1] - reach, centre[0] + reach, centre[1] + reach)
-                ImageDraw.Draw(canvas).ellipse(box, outline=255, width=line)
-    for canvas, colour in ((shade, (0, 0, 0)), (layer, (255, 255, 255))):
-        reduced = canvas.resize(shown.size, Image.Resampling.BOX)
-        shown.paste(
-            colour, mask=reduced if colour[0] else reduced.point([level * 0.55 for level in range(256)])
-        )
+    size = (shown.width * fine, shown.height * fine)
+    line, shade = Image.new("L", size, 0), Image.new("L", size, 0)
+    for canvas, stroke, extra in ((shade, 5 * fine, 1.5 * fine), (line, 2 * fine, 0.0)):
+        draw = ImageDraw.Draw(canvas)
+        if outline is not None:
+            _draw_edge(draw, _place(outline, size), size[0], stroke)
+        for marker in markers:
+            radius = (6.0 + 20.0 * np.sqrt(np.clip(marker.share, 0.0, 1.0))) * fine + extra
+            x, y = _place(np.asarray(marker.direction), size)
+            for turn in (-size[0], 0, size[0]):  # a circle over the map's edge goes on at the other side
+                box = (x + turn - radius, y - radius, x + turn + radius, y + radius)
+                draw.ellipse(box, outline=255, width=stroke)
+    for canvas, colour, opacity in ((shade, (0, 0, 0), 0.55), (line, (255, 255, 255), 1.0)):
+        mask = canvas.resize(shown.size, Image.Resampling.BOX)
+        shown.paste(colour, mask=mask.point([round(level * opacity) for level in range(256)]))
+
+
+def _place(
+    direction: Shaped[np.ndarray, "*points 3"], size: tuple[int, int]
+) -> Float[np.ndarray, "*points 2"]:
+    """Where directions lie on a map of `size` (columns, rows): docs/conventions.md, the frame."""
+    x, y, z = np.moveaxis(direction.astype(np.float64), -1, 0)
+    u = 0.5 + np.arctan2(x, -z) / (2.0 * np.pi)
+    v = np.arccos(np.clip(y, -1.0, 1.0)) / np.pi
+    return np.stack([u, v], -1) * np.asarray(size, dtype=np.float64)
+
+
+def _draw_edge(
+    draw: ImageDraw.ImageDraw, points: Float[np.ndarray, "points 2"], width: int, stroke: int
+) -> None:
+    """A closed line through points of the map, which may run over its left and right edge."""
+    for (x, y), (next_x, next_y) in zip(points, np.roll(points, -1, axis=0), strict=True):
+        near = next_x - width * round((next_x - x) / width)
+        for turn in (-width, 0, width):
+            if -width < min(x, near) + turn < 2 * width:
+                draw.line(((x + turn, y), (near + turn, next_y)), fill=255, width=stroke // 2)
 
 
 def _caption(image: Image.Image, left: int, top: int, text: str) -> None:

@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mixlight.app.batch import DEFAULT_MEGAPIXELS, megapixels, number
+from mixlight.app.batch import PANORAMA_MEGAPIXELS, megapixels, number
 from mixlight.app.report import UsageError, complain, describe, print_json
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="pixels across a sphere (default: %(default)s)",
     )
     parser.add_argument(
-        "--max-megapixels", type=megapixels, default=DEFAULT_MEGAPIXELS, metavar="M",
+        "--max-megapixels", type=megapixels, default=PANORAMA_MEGAPIXELS, metavar="M",
         help="refuse a larger map before it is decoded (default: %(default)g)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", dest="as_json", help="print one line of JSON")

@@ -1,19 +1,19 @@
-"""What the verbs share around a map: reading one, its spheres, the marks of its lights."""
+"""What the verbs share around a map: reading one, and the marks of its lights."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import torch
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.app.preview import SPHERE, Marker
+from mixlight.app.preview import Marker
 from mixlight.image import exr, radiance
 from mixlight.light.lights import Light
-from mixlight.render.spheres import render_spheres
-from mixlight.sphere import equirect, frames
+from mixlight.sphere import camera, equirect, frames
 
-__all__ = ["light_markers", "preview_spheres", "read_map"]
+__all__ = ["light_markers", "photo_outline", "read_map"]
 
 _EXR_MAGIC, _RADIANCE_MAGIC = b"\x76\x2f\x31\x01", b"#?"
 
@@ -66,8 +66,11 @@ def light_markers(lights: Sequence[Light]) -> list[Marker]:
     return markers
 
 
-def preview_spheres(
-    environment: Float[Tensor, "height width 3"],
-) -> tuple[Float[Tensor, "3 size size 3"], Bool[Tensor, "size size"]]:
-    """The three spheres of a preview, at the size at which it shows them."""
-    return render_spheres(environment, resolution=SPHERE)
+def photo_outline(
+    width: int, height: int, fov_x: float, pitch: float, roll: float
+) -> Float[np.ndarray, "points 3"]:
+    """Directions along the edge of a photo, once around, clockwise from its upper left corner."""
+    columns = 64
+    rows = min(max(round(columns * height / width), 2), 256)
+    rays = camera.ray_directions(rows, columns, fov_x, 0.0, pitch, roll).numpy()
+    return np.concatenate([rays[0], rays[1:, -1], rays[-1, -2::-1], rays[-2::-1, 0]])
