@@ -7,10 +7,10 @@ truncation first.
 Source: "OpenEXR File Layout", the Academy Software Foundation.
 """
 
+import io
 import math
 import struct
 from dataclasses import dataclass
-from typing import BinaryIO
 
 __all__ = ["MAGIC", "Part", "read_parts"]
 
@@ -40,7 +40,7 @@ class Part:
         return max((b[2] - b[0] + 1) * (b[3] - b[1] + 1) for b in (self.data_window, self.display_window))
 
 
-def read_parts(file: BinaryIO) -> list[Part]:
+def read_parts(file: io.BufferedIOBase) -> list[Part]:
     """Reads the headers and checks that the last chunk lies whole in the file.
 
     Args:
@@ -105,7 +105,12 @@ def _part(attributes: dict[str, bytes], deep: bool) -> Part:
 
 
 def _check_chunks(
-    file: BinaryIO, size: int, position: int, headers: list[dict[str, bytes]], multipart: bool, tiled: bool
+    file: io.BufferedIOBase,
+    size: int,
+    position: int,
+    headers: list[dict[str, bytes]],
+    multipart: bool,
+    tiled: bool,
 ) -> None:
     """Each part's table of chunk offsets follows the headers; truncation takes the last chunk first."""
     counts = [_chunk_count(attributes, tiled) for attributes in headers]

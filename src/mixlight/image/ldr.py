@@ -177,7 +177,7 @@ def _read_ldr(path: Path, kind: str, max_pixels: int) -> Photo:
     samples = turn_upright(stored.samples, stored.exif.orientation)
     height, width = samples.shape[:2]
     fov, fov_source = field_of_view(stored.exif, width, height)
-    alpha = samples.ndim == 3 and samples.shape[2] == 4
+    alpha = samples.ndim == 3 and samples.shape[2] in (2, 4)
     return Photo(
         linear=_linear(samples, stored),
         name=path.name,
@@ -196,7 +196,10 @@ def _linear(
 ) -> Float32[Array, "height width 3"]:
     """Curve, matrix and alpha, a cache-sized strip of rows at a time."""
     linear = np.empty((*samples.shape[:2], 3), dtype=np.float32)
-    grey = samples.ndim == 2
+    if samples.ndim == 2:
+        samples = samples[..., None]
+    has_alpha = samples.shape[2] in (2, 4)
+    grey = samples.shape[2] < 3
     is_float = samples.dtype == np.float32
     largest = 1 if is_float else int(np.iinfo(samples.dtype).max)
     tables = [] if is_float else _tables(stored, largest)
@@ -204,18 +207,18 @@ def _linear(
     rows = max(1, 2**16 // samples.shape[1])
     for row in range(0, len(samples), rows):
         part, out = samples[row : row + rows], linear[row : row + rows]
-        colour = part[..., None] if grey else part[..., :3]
+        colour = part[..., :1] if grey else part[..., :3]
         if is_float:
             out[:] = colour
         elif len(tables) == 1 and not grey:
             np.take(tables[0], colour, mode="clip", out=out)
         else:
             for channel in range(3):
-                out[..., channel] = tables[channel % len(tables)][colour[..., channel % colour.shape[-1]]]
+                out[..., channel] = tables[channel % len(tables)][colour[..., 0 if grey else channel]]
         if matrix is not None:
             out[:] = np.maximum(out @ matrix.T.astype(np.float32), 0.0)
-        if not grey and part.shape[-1] == 4 and not stored.premultiplied:
-            out *= part[..., 3:] * np.float32(1.0 / largest)
+        if has_alpha and not stored.premultiplied:
+            out *= part[..., -1:] * np.float32(1.0 / largest)
     return linear
 
 

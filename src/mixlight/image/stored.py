@@ -1,8 +1,8 @@
 """Pictures as they are stored: decoded samples, and what the file says about their colour and orientation.
 
-Pillow decodes 8 bits, OpenCV what Pillow would cut down to 8. Their plugins are called directly and not
-through `Image.open`, which would apply a cap on the size that is global to the process; the caller has
-checked the size.
+Pillow decodes 8 bits, OpenCV PNGs of 16 bits, which Pillow would cut down to 8. Their plugins are called
+directly and not through `Image.open`, which would apply a cap on the size that is global to the process; the
+caller has checked the size.
 """
 
 import io
@@ -18,6 +18,7 @@ from mixlight.image._array import Array
 from mixlight.image.errors import one_line
 from mixlight.image.exif import Exif
 from mixlight.image.exif import parse as parse_exif
+from mixlight.image.tiff import read_samples
 from mixlight.image.tiff_structure import Directory, end_of_pixels, read_directory
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stored", "load"]
 
-_ORIENTATION, _PROFILE, _EXTRA_SAMPLES, _DNG_VERSION, _SUBFILE = 274, 34675, 338, 50706, 254
+_ORIENTATION, _PROFILE, _DNG_VERSION, _SUBFILE = 274, 34675, 50706, 254
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Stored:
     """A decoded picture before colour and orientation."""
 
     samples: Shaped[Array, "rows columns *channels"]
-    """uint8, uint16 or float32; [h, w] grey, [h, w, 3] RGB or [h, w, 4] RGB and alpha."""
+    """uint8, uint16 or float32; [h, w] or [h, w, 1] grey, [h, w, 3] RGB; 2 or 4 channels with alpha."""
     exif: Exif = field(default_factory=Exif)
     profile: icc.Profile | None = None
     gamma: float | None = None
@@ -87,17 +88,11 @@ def _load_tiff(data: bytes) -> Stored:
         raise ValueError(f"expected pixels up to byte {needed}, received {len(data)} bytes (truncated)")
     exif = parse_exif(data)
     data = _untagged(data, directory)
-    bits, sample_format = directory.first(258, 1), directory.first(339, 1)
-    if bits <= 8 and sample_format == 1:
+    if directory.first(258, 1) <= 8:
         stored = _from_pillow(_open("TIFF", data))
-    elif (bits, sample_format) in ((16, 1), (32, 3), (64, 3)) and directory.first(262, 2) in (1, 2):
-        stored = _with_profile(_from_opencv(data), directory.raw.get(_PROFILE, b""))
-        stored = replace(stored, premultiplied=directory.first(_EXTRA_SAMPLES, 2) == 1)
     else:
-        raise ValueError(
-            "expected grey or RGB with 8 or 16 bits or floats of 32 or 64, received "
-            f"{bits} bits, sample format {sample_format}, photometric {directory.first(262, -1)}"
-        )
+        samples, premultiplied = read_samples(data, directory)
+        stored = _with_profile(Stored(samples, premultiplied=premultiplied), directory.raw.get(_PROFILE, b""))
     return replace(stored, exif=exif)
 
 
@@ -181,8 +176,6 @@ def _from_opencv(data: bytes) -> Stored:
         if order is None:
             raise ValueError(f"expected 1, 3 or 4 channels, received {samples.shape[2]}")
         samples = samples[..., order]
-    if samples.dtype == np.float64:
-        samples = samples.astype(np.float32)
     return Stored(samples)
 
 
@@ -197,7 +190,7 @@ def _with_profile(stored: Stored, profile: bytes) -> Stored:
         return replace(
             stored, notes=(*stored.notes, "ICC profile of tables not applied to 16 bits, sRGB assumed")
         )
-    if len(parsed.curves) == 3 and stored.samples.ndim == 2:
+    if len(parsed.curves) == 3 and (stored.samples.ndim == 2 or stored.samples.shape[2] < 3):
         return replace(stored, notes=(*stored.notes, "ICC profile for RGB not applied to grey, sRGB assumed"))
     note = f"ICC profile {one_line(parsed.name, 60)} decoded"
     return replace(stored, profile=parsed, notes=(*stored.notes, note))

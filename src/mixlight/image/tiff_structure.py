@@ -34,6 +34,8 @@ class Directory:
 
     byte_order: str
     """'<' or '>', as struct writes it."""
+    big: bool = False
+    """Whether the file is a BigTIFF, with 64-bit positions."""
     numbers: dict[int, tuple[float, ...]] = field(default_factory=dict)
     """Numeric values by tag; a rational with denominator 0 is NaN."""
     raw: dict[int, bytes] = field(default_factory=dict)
@@ -74,7 +76,7 @@ def read_directory(data: bytes | bytearray, at: int | None = None) -> Directory:
     start = at + struct.calcsize("=" + count_code)
     if start + count * entry_size > len(data):
         raise ValueError(f"expected a directory of {count} entries, received {len(data)} bytes (truncated)")
-    directory = Directory(order)
+    directory = Directory(order, big)
     for position in range(start, start + count * entry_size, entry_size):
         tag, kind, length = struct.unpack_from(f"{order}HH{offset_code}", data, position)
         size, code = _TYPES.get(kind, (1, ""))
@@ -97,7 +99,7 @@ def read_directory(data: bytes | bytearray, at: int | None = None) -> Directory:
 def end_of_pixels(directory: Directory) -> float:
     """Where the last strip or tile ends; 0 without any.
 
-    >>> end_of_pixels(Directory("<", {273: (8, 108), 279: (100, 50)}))
+    >>> end_of_pixels(Directory("<", numbers={273: (8, 108), 279: (100, 50)}))
     158
     """
     ends = [0.0]
