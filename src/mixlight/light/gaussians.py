@@ -136,8 +136,8 @@ def evaluate_map(
         height: rows of the panorama.
         conserve: rescale each lobe on this map so that its sum of radiance times solid angle is its energy
             exactly. On a coarse map a lobe is narrower than a texel, and values at texel centres alone would
-            miss it: on 16x32 a single lobe of s = 0.0025 would sum to between .59 and 1.42 of its energy, on
-            128x256 to 1 +- 1e-4.
+            miss it: on 16x32 a lobe of s = 0.0025 would sum to between .21 and 2.3 of its energy, on
+            128x256 to between .99997 and 1.0004 (on the pole itself, 1.010).
 
     Convention: row 0 is +Y, the image centre is -Z. Differentiable in every argument.
 
@@ -251,7 +251,7 @@ def irradiance(
 
     The lobe's extent is taken into account: light fades over about 10 degrees where a surface turns away, and
     is not cut off at 90. It is the lobe's convolution with the clamped cosine, E(c) = v sum of (2l + 1) / (4
-    pi) A_l a_l P_l(c) in c = n.u, summed to where it has converged (below 1e-7 v for s above 1e-4).
+    pi) A_l a_l P_l(c) in c = n.u, summed to where it has converged (within 1e-7 v for s from 1e-4 on).
 
     Convention: v = 1 on the surface that faces it gives 1 - s = .9975 for s = 0.0025; edge-on it gives
         sqrt(s / 2 pi) = .0199.
