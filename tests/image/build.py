@@ -28,7 +28,7 @@ def random_rgbe(generator: np.random.Generator, height: int, width: int) -> Arra
 
 
 def exif_bytes(order: str = "<", orientation: int | None = None, **details: object) -> bytes:
-    """EXIF data; details are numbers for the tags below, as (numerator, denominator) where they are rationals."""
+    """EXIF data; details are the tags below, as (numerator, denominator) where they are rationals."""
     tags = {
         "focal_length": 37386,
         "focal_length_35mm": 41989,
@@ -154,7 +154,7 @@ def encoded(image: Array | Image.Image, kind: str, **options: object) -> bytes:
 
 
 def write_oiio(path: Path, samples: Array, kind: str, **attributes: object) -> Path:
-    """A picture of samples [h, w, c] by OpenImageIO; `kind` is its name for the sample type; `__` stands for ':'."""
+    """A picture of samples [h, w, c] by OpenImageIO; `kind` is its name for the type, `__` stands for ':'."""
     height, width, channels = samples.shape
     spec = oiio.ImageSpec(width, height, channels, kind)
     if channels in (2, 4):

@@ -79,7 +79,7 @@ AXES = ["-Y +X", "-Y -X", "+Y +X", "+Y -X", "+X -Y", "-X -Y", "+X +Y", "-X +Y"]
 
 @pytest.mark.parametrize("axes", AXES)
 def test_every_axis_order_is_turned_upright(axes: str) -> None:
-    # The file's words: the first axis runs over scanlines, the second along them, "+Y" is upwards, "+X" to the right.
+    # In the file's words the first axis runs over scanlines, the second along them; +Y is up, +X is right.
     upright = random_rgbe(np.random.default_rng(1), 5, 3)
     stored = np.zeros((5, 3, 4) if axes[1] == "Y" else (3, 5, 4), np.uint8)
     for row in range(5):
@@ -97,8 +97,10 @@ def test_every_axis_order_is_turned_upright(axes: str) -> None:
     assert header["RESOLUTION"].split()[0] == axes.split()[0]
 
 
-def test_openimageio_agrees_on_the_axes_it_knows(tmp_path: Path) -> None:
-    for axes in AXES:
+def test_openimageio_agrees_on_flips_and_transposes(tmp_path: Path) -> None:
+    # OpenImageIO exchanges the two quarter turns: Ward's table calls a file with "+X +Y" turned clockwise, so
+    # that a viewer has to turn it back. The test above follows the words of the format for all eight.
+    for axes in [a for a in AXES if a not in ("+X +Y", "-X -Y")]:
         stored = random_rgbe(np.random.default_rng(2), 6, 9)
         (tmp_path / "a.hdr").write_bytes(radiance_bytes(stored, axes))
         buffer = oiio.ImageBuf(str(tmp_path / "a.hdr"))
@@ -197,7 +199,7 @@ def test_a_huge_size_in_a_small_file_allocates_nothing() -> None:
 
 
 def test_a_missing_file_is_an_oserror(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match="none.hdr"):
+    with pytest.raises(FileNotFoundError, match=r"none\.hdr"):
         radiance.read(tmp_path / "none.hdr")
 
 
@@ -205,7 +207,7 @@ def test_a_missing_file_is_an_oserror(tmp_path: Path) -> None:
 def test_values_without_a_place_are_refused(tmp_path: Path, value: float) -> None:
     values = np.ones((4, 9, 3), np.float32)
     values[2, 3, 1] = value
-    with pytest.raises(ValueError, match="a.hdr: expected finite values from 0"):
+    with pytest.raises(ValueError, match=r"a\.hdr: expected finite values from 0"):
         radiance.write(tmp_path / "a.hdr", values)
     assert list(tmp_path.iterdir()) == []
 

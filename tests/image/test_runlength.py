@@ -145,7 +145,7 @@ def test_bytes_behind_the_picture_do_not_matter() -> None:
 def test_every_truncation_is_an_error(width: int) -> None:
     data = encode(patchy(np.random.default_rng(2), 4, width, 3))
     for length in {*range(0, len(data), max(1, len(data) // 60)), len(data) - 1}:
-        with pytest.raises(ValueError, match="expected .* received"):
+        with pytest.raises(ValueError, match=r"expected .* received"):
             decode(padded(data[:length]), 0, 4, width)
 
 
