@@ -35,13 +35,13 @@ class TexelAnchors:
         self._width = width
         self._points = vogel(anchors, dtype=torch.float64, device=device)
         self._cells = _cells(anchors).to(device=device)
-        line = torch.arange(max(height, width), dtype=torch.float64, device=device)
-        polar = (line[:height] + 0.5) * (math.pi / height)
-        azimuth = ((line[:width] + 0.5) / width - 0.5) * (2 * math.pi)
+        centre = torch.arange(max(height, width), dtype=torch.float64, device=device) + 0.5
+        polar = centre[:height] * (math.pi / height)
+        azimuth = (centre[:width] / width - 0.5) * (2 * math.pi)
         self._sine, self._up = torch.sin(polar), torch.cos(polar)
         self._right, self._back = torch.sin(azimuth), -torch.cos(azimuth)
-        self._row_cell = (line[:height] * _ROWS / height).long() * (2 * _ROWS)
-        self._column_cell = (line[:width] * (2 * _ROWS) / width).long()
+        self._row_cell = (centre[:height] * _ROWS / height).long() * (2 * _ROWS)
+        self._column_cell = (centre[:width] * (2 * _ROWS) / width).long()
 
     def __call__(self, texels: Int[Tensor, " n"]) -> Int[Tensor, " n"]:
         """Indices of the anchors."""
