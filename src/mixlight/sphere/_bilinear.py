@@ -109,8 +109,7 @@ def render(
     """
     batch, (height, width, channels) = panorama.shape[:-3], panorama.shape[-3:]
     require_even(width)
-    if supersample < 1:
-        raise ValueError(f"expected supersample of at least 1, received {supersample}")
+    check_supersample(supersample)
     maps = panorama.reshape(-1, height * width, channels)
     n = supersample
     graph = panorama.device.type != "cpu" or (torch.is_grad_enabled() and panorama.requires_grad)
@@ -130,6 +129,12 @@ def render(
     if not blocks:
         return panorama.new_empty((*batch, out_height, out_width, channels))
     return torch.stack([torch.cat(parts) for parts in blocks]).view(*batch, out_height, out_width, channels)
+
+
+def check_supersample(supersample: int) -> None:
+    """Refuse a number of rays a side that is none."""
+    if supersample < 1:
+        raise ValueError(f"expected supersample of at least 1, received {supersample}")
 
 
 def require_even(width: int) -> None:

@@ -46,6 +46,7 @@ BACKGROUND = 0.05
 """Gray between the patches; the lines every 30 degrees are twice as bright."""
 
 _HALF_WIDTH = math.tan(math.radians(20))
+_CORNER_DEPTH = 1 / math.sqrt(1 + 2 * _HALF_WIDTH**2) - 1e-9
 _GLYPHS = {
     "+": ("     ", "  #  ", "  #  ", "#####", "  #  ", "  #  ", "     "),
     "-": ("     ", "     ", "     ", "#####", "     ", "     ", "     "),
@@ -62,8 +63,9 @@ def calibration_card(
     """Return the calibration card: six bright patches, one on each axis, named and in colours of their own.
 
     Each patch is a square of 40 degrees whose upper part, with the axis itself, is plain and whose lower part
-    bears the axis's name in black, upright for a viewer at the centre (on +Y and -Y: for one who looks up or
-    down from facing -Z). In between lies gray with lines every 30 degrees of azimuth and of elevation.
+    bears the axis's name in black (white on blue), upright for a viewer at the centre (on +Y and -Y: for one
+    who looks up or down from facing -Z). In between lies gray with lines every 30 degrees of azimuth and of
+    elevation.
 
     Args:
         height: Rows H, at least 8; names are readable from about 128.
@@ -85,20 +87,20 @@ def calibration_card(
     if height < 8:
         raise ValueError(f"expected a calibration card of at least 8 rows, received {height}")
     fine = _SUPERSAMPLE * height
-    directions = pixel_directions(fine, dtype=torch.float64, device="cpu")
-    card = torch.full((fine, 2 * fine, 3), BACKGROUND, dtype=torch.float64, device="cpu")
-    card[_grid_lines(fine)] = 2 * BACKGROUND
+    directions = pixel_directions(fine, dtype=torch.float64, device="cpu").flatten(0, 1)
+    card = torch.where(_grid_lines(fine), 2 * BACKGROUND, BACKGROUND).double().flatten()[:, None].repeat(1, 3)
     for name, axis in CARD_AXES.items():
         right, up, outward = _patch_axes(axis)
-        depth = directions @ outward
+        index = (directions @ outward > _CORNER_DEPTH).nonzero()[:, 0]
+        near = directions[index]
         # Position on the patch: 0 ... 1 from left to right and from top to bottom.
-        across = (directions @ right) / depth / (2 * _HALF_WIDTH) + 0.5
-        down = 0.5 - (directions @ up) / depth / (2 * _HALF_WIDTH)
-        inside = (depth > 0) & (across >= 0) & (across < 1) & (down >= 0) & (down < 1)
+        across, down = ((near @ side) / (near @ outward) / (2 * _HALF_WIDTH) + 0.5 for side in (right, -up))
+        inside = (across >= 0) & (across < 1) & (down >= 0) & (down < 1)
         written = _label(name, across[inside], down[inside])
         colour = CARD_RADIANCE * torch.tensor(CARD_COLOURS[name], dtype=torch.float64, device="cpu")
-        card[inside] = torch.where(written[:, None], 0.0, colour)
-    return resize(card, height).to(dtype=dtype, device=device)
+        ink = CARD_RADIANCE if name == "+Z" else 0.0  # black on blue is hard to read
+        card[index[inside]] = torch.where(written[:, None], ink, colour)
+    return resize(card.view(fine, 2 * fine, 3), height).to(dtype=dtype, device=device)
 
 
 def _grid_lines(height: int) -> Tensor:
@@ -129,8 +131,8 @@ def _label(name: str, across: Tensor, down: Tensor) -> Tensor:
         device="cpu",
     )
     rows, columns = dots.shape
-    side = 0.045
+    side = 0.06
     column = ((across - 0.5) / side + columns / 2).floor().long()
-    row = ((down - 0.62) / side).floor().long()
+    row = ((down - 0.56) / side).floor().long()
     inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
     return inside & dots[row.clamp(0, rows - 1), column.clamp(0, columns - 1)]

@@ -114,8 +114,7 @@ def view(
     >>> view(equirect.pixel_directions(64), 3, 3, 1.0, yaw=math.pi / 2)[1, 1, 0].item()
     0.9843
     """
-    if supersample < 1:
-        raise ValueError(f"expected supersample of at least 1, received {supersample}")
+    _bilinear.check_supersample(supersample)
     step = _picture(height, width, fov_x)
     panorama = equirect.prefilter(panorama, fov_x / (supersample * width))
     dtype = torch.promote_types(panorama.dtype, torch.float32)

@@ -130,8 +130,7 @@ def from_equirect(
             [ 0.,  0.,  0.,  0.,  1., -1.]])
     """
     _check_size(size)
-    if supersample < 1:
-        raise ValueError(f"expected supersample of at least 1, received {supersample}")
+    _bilinear.check_supersample(supersample)
     panorama = equirect.prefilter(panorama, math.pi / (2 * size * supersample))
     dtype = torch.promote_types(panorama.dtype, torch.float32)
     fine = size * supersample

@@ -268,6 +268,7 @@ def rotate(
     tensor([   0.,    0., -100.])
     """
     height, width = panorama.shape[-3:-1]
+    _bilinear.check_supersample(supersample)
     exact = rotation.detach().double()
     error = (exact @ exact.T - torch.eye(3, dtype=torch.float64, device=exact.device)).abs().max().item()
     if not error <= 1e-3:
@@ -315,7 +316,7 @@ def rotate_azimuth(
     width = panorama.shape[-2]
     shift = yaw / (2 * math.pi) * width
     whole = math.floor(shift + 0.5)
-    if abs(shift - whole) < 1e-6:
+    if abs(shift - whole) < 1e-9:
         return panorama.roll(-whole, -2)
     whole = math.floor(shift)
     return torch.lerp(panorama.roll(-whole, -2), panorama.roll(-whole - 1, -2), shift - whole)

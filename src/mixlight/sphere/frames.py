@@ -137,7 +137,7 @@ def convert_panorama(
     return panorama.roll(turns * (width // 4), -2)
 
 
-Angle = float | Float[Tensor, "*angles"]
+Angle = float | Float[Tensor, "*#angles"]
 """Radians: a number, or a tensor for a batch of rotations."""
 
 
@@ -148,7 +148,7 @@ def rotation(
     *,
     dtype: torch.dtype | None = None,
     device: torch.device | str | None = None,
-) -> Float[Tensor, "*angles 3 3"]:
+) -> Float[Tensor, "*batch 3 3"]:
     """Return the camera-to-world rotation of a camera with this yaw, pitch and roll.
 
     R = R_y(-yaw) R_x(pitch) R_z(-roll), each the right-handed rotation about its axis: the camera is first

@@ -122,9 +122,10 @@ def anchor_map(
     >>> anchor_map(128, 128)[0, 0], anchor_map(128, 128)[-1, 0]
     (tensor(0), tensor(127))
     """
-    return _anchor_map(count, height, 2 * height if width is None else width).to(
-        dtype=torch.int64, device=device, copy=True
-    )
+    width = 2 * height if width is None else width
+    if height < 1 or width < 1:
+        raise ValueError(f"expected a grid of at least 1 x 1, received height {height}, width {width}")
+    return _anchor_map(count, height, width).to(dtype=torch.int64, device=device, copy=True)
 
 
 @lru_cache(maxsize=8)
