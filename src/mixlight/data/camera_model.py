@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
@@ -17,7 +17,13 @@ from mixlight.image.color import linear_to_srgb, srgb_to_linear
 from mixlight.light.separate import luminance
 
 CURVES = ("srgb", "gamma", "filmic")
+"""Response curves: sRGB's own, a power of 1/2 to 1/2.5, and a shoulder with contrast."""
+
 GAIN_RANGE = (1 / 50, 50.0)
+"""Gains outside are rejected from training (method, section 6)."""
+
+MIDDLE_GRAY = 0.18
+"""Linear value at which an exposure puts the median luminance."""
 
 
 @dataclass(frozen=True)
@@ -41,32 +47,55 @@ class CameraSettings:
     jpeg_share: float = 0.5
     """Share of photos that pass through JPEG (quality 50 to 95)."""
 
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not value >= 0:
+                raise ValueError(f"expected {field.name} of at least 0, got {value}")
+        for name in ("highlight_rule", "curve_share", "vignetting", "jpeg_share"):
+            if getattr(self, name) > 1:
+                raise ValueError(f"expected {name} of at most 1, got {getattr(self, name)}")
+
 
 PLAIN = CameraSettings(0, 0, 0, 0, 0, 0, 0, 0)
+"""No variation: `random_photo` with it is `plain_photo` at the median exposure."""
 
 
 def exposure_gain(view: Float[Tensor, "height width 3"], inside: Bool[Tensor, "height width"]) -> float:
     """The linear gain that puts the median luminance of a view at 0.18 (middle gray).
 
-    An all-black view has gain 1. The gain is linear, never computed after the response curve.
+    The median is taken over the pixels inside the photo's frame (the lower one of two in the middle). A view
+    whose median is 0, black by more than half, tells no exposure and has gain 1. The gain is linear, never
+    computed after the response curve.
 
     Convention: `photo = gain * radiance`; a view of constant radiance 0.36 has gain 0.5.
+
+    Raises:
+        ValueError: no pixel is inside.
 
     >>> exposure_gain(torch.full((4, 4, 3), 0.36), torch.ones(4, 4, dtype=torch.bool))
     0.5
     """
-    median = float(luminance(view)[inside].median())
-    return 0.18 / median if median > 0 else 1.0
+    median = float(_inside(luminance(view), inside).median())
+    return MIDDLE_GRAY / median if median > 0 else 1.0
 
 
 def usable_gain(gain: float) -> bool:
-    """Whether a gain lies within [1/50, 50] (method: views outside are rejected from training)."""
+    """Whether a gain lies within [1/50, 50] (method: views outside are rejected from training).
+
+    >>> usable_gain(50.0), usable_gain(51.0)
+    (True, False)
+    """
     return GAIN_RANGE[0] <= gain <= GAIN_RANGE[1]
 
 
 @dataclass(frozen=True)
 class Exposed:
-    """A photo and the gain that takes scene radiance to the photo's linear scale."""
+    """A photo and the gain that takes scene radiance to the photo's linear scale.
+
+    Convention: what is neither clipped nor changed by lens, noise or curve has `srgb_to_linear(photo) = gain
+        * radiance`, channel by channel.
+    """
 
     photo: Float[Tensor, "height width 3"]
     """Display-referred sRGB-encoded values in [0, 1]."""
@@ -77,7 +106,12 @@ class Exposed:
 def plain_photo(
     view: Float[Tensor, "height width 3"], inside: Bool[Tensor, "height width"], gain: float
 ) -> Exposed:
-    """The evaluation camera: linear gain, clipping at 1, sRGB, 8 bits; nothing random."""
+    """The evaluation camera: linear gain, clipping at 1, sRGB, 8 bits; nothing random.
+
+    >>> half = torch.full((2, 2, 3), 0.5)
+    >>> plain_photo(half, torch.ones(2, 2, dtype=torch.bool), 1.0).photo[0, 0] * 255
+    tensor([188., 188., 188.])
+    """
     photo = torch.from_numpy(linear_to_srgb((view * gain).clamp(0, 1).numpy()))
     photo = (photo * 255).round() / 255
     return Exposed(fill_outside(photo, inside), torch.full((3,), gain))
@@ -86,10 +120,16 @@ def plain_photo(
 def fill_outside(
     photo: Float[Tensor, "height width 3"], inside: Bool[Tensor, "height width"]
 ) -> Float[Tensor, "height width 3"]:
-    """Paints what lies outside the photo's frame with the photo's mean linear colour (sRGB-encoded)."""
+    """Paints what lies outside the photo's frame with the photo's mean linear colour (sRGB-encoded).
+
+    `CanonicalView.resample` does the same to a user's photo.
+
+    Raises:
+        ValueError: no pixel is inside.
+    """
     if bool(inside.all()):
         return photo
-    linear = srgb_to_linear(photo[inside].numpy()).mean(0, dtype=np.float64).astype(np.float32)
+    linear = srgb_to_linear(_inside(photo, inside).numpy()).mean(0, dtype=np.float64).astype(np.float32)
     return torch.where(inside[..., None], photo, torch.from_numpy(linear_to_srgb(linear)))
 
 
@@ -99,15 +139,23 @@ def random_photo(
     settings: CameraSettings,
     generator: np.random.Generator,
 ) -> Exposed | None:
-    """Takes a photo of a linear view with a random camera; None where no usable exposure exists.
+    """Takes a photo of a linear view with a random camera; None where the exposure drawn is not usable.
+
+    Light passes exposure and white balance (linear gains), vignetting, blur, sensor noise, response curve
+    with clipping, and 8 bits or JPEG, in this order. `generator` is the only source of chance. Outside the
+    frame the photo holds its own mean colour.
 
     The label gain is matched at the median: with a response curve other than sRGB the linearised photo
     is no longer proportional to radiance, and the returned gain takes the view's median luminance to
     that of the sRGB-linearised photo, so that radiance stays on the scale a user would read off the photo.
+    White balance is part of the gain, since it is part of what the photo calls white.
+
+    Raises:
+        ValueError: no pixel is inside.
     """
     base = exposure_gain(view, inside)
     if generator.random() < settings.highlight_rule:
-        bright = float(luminance(view)[inside].quantile(0.99))
+        bright = float(_inside(luminance(view), inside).quantile(0.99))
         base = generator.uniform(0.6, 1.2) / bright if bright > 0 else 1.0
     gain = base * 2 ** (settings.exposure_ev * generator.standard_normal())
     if not usable_gain(gain):
@@ -128,7 +176,14 @@ def random_photo(
     return Exposed(fill_outside(photo, inside), channel_gain)
 
 
+def _inside(values: Tensor, inside: Tensor) -> Tensor:
+    if not bool(inside.any()):
+        raise ValueError(f"expected a frame with a pixel inside the view of {tuple(inside.shape)}, got none")
+    return values[inside]
+
+
 def _vignette(linear: Tensor, strength: float) -> Tensor:
+    """Falls off with the square of the distance from the centre, by `strength` in the corners."""
     if strength <= 0:
         return linear
     height, width = linear.shape[:2]
@@ -177,6 +232,7 @@ def _respond(linear: Tensor, settings: CameraSettings, generator: np.random.Gene
 
 
 def _compress(photo: Tensor, settings: CameraSettings, generator: np.random.Generator) -> Tensor:
+    """Eight bits, by way of JPEG for some."""
     pixels = (photo.numpy() * 255 + 0.5).astype(np.uint8)
     if generator.random() < settings.jpeg_share:
         stream = io.BytesIO()

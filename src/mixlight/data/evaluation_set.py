@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from mixlight.data.camera_model import exposure_gain, plain_photo
-from mixlight.data.crops import evaluation_crops, take_view
+from mixlight.data.crops import evaluation_crops, frame_mask, take_view
 from mixlight.data.panoramas import PanoramaRecord, load_panorama
 from mixlight.network.canonical import CanonicalView
 from mixlight.sphere import equirect
 
 ENVIRONMENT_HEIGHT = 128
+"""Rows of the true environment maps of protocol M."""
 
 
 @dataclass(frozen=True)
@@ -41,17 +41,23 @@ def samples_of(
 ) -> Iterator[EvaluationSample]:
     """Yields the fixed views of one panorama.
 
-    FOV 60 degrees, pitch -8 degrees, exposure 0.18 / median luminance of the view, sRGB, 8 bits, clipped at
-    1. The gain is not bounded here, since the scale of a file is arbitrary; an all-black view is left out.
+    The photo is 4:3 with a FOV of 60 degrees, pitch -8 degrees, exposure 0.18 / median luminance of the view,
+    sRGB, 8 bits, clipped at 1. A network with another canonical view sees that photo through its own: what it
+    does not show is filled as always. The gain is not bounded here, since the scale of a file is arbitrary;
+    an all-black view is left out.
+
+    Raises:
+        ValueError: the file is no panorama of radiance.
+        OSError: the file cannot be read.
     """
     panorama = load_panorama(record.path)
     whole = equirect.resize(panorama, ENVIRONMENT_HEIGHT)
-    inside = torch.ones(canonical.height, canonical.width, dtype=torch.bool)
-    for crop in evaluation_crops(azimuths):
-        view = take_view(panorama, crop, canonical)
-        gain = exposure_gain(view, inside)
-        if not bool((view > 0).any()):
+    for fixed in evaluation_crops(azimuths):
+        crop = replace(fixed, fov=canonical.fov)
+        view, inside = take_view(panorama, crop, canonical), frame_mask(crop, canonical)
+        if not bool((view[inside] > 0).any()):
             continue
+        gain = exposure_gain(view, inside)
         exposed = plain_photo(view, inside, gain)
         yield EvaluationSample(
             scene=record.scene,
@@ -66,5 +72,5 @@ def samples_of(
 def collect(
     records: Sequence[PanoramaRecord], canonical: CanonicalView, azimuths: int = 8
 ) -> list[EvaluationSample]:
-    """All samples of several panoramas."""
+    """All samples of several panoramas, in their order."""
     return [sample for record in records for sample in samples_of(record, canonical, azimuths)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -18,13 +19,14 @@ from mixlight.light import harmonics, separate
 from mixlight.sphere import equirect, frames, points
 
 _VERSION = 2  # raised whenever the meaning of the cached numbers changes
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class LabelSettings:
     """How a panorama becomes numbers."""
 
-    separation: str = "top_fraction"
+    separation: separate.Method = "top_fraction"
     """`top_fraction` or `max_fraction` (method: which texels are sources)."""
     fraction: float = 0.05
     """The fraction of that rule."""
@@ -38,10 +40,15 @@ class LabelSettings:
     """Height of the small map for the render loss; its width has to be a multiple of `azimuths`."""
 
     def __post_init__(self) -> None:
-        for name, width in (("height", 2 * self.height), ("map_height", 2 * self.map_height)):
-            if width % self.azimuths:
+        separate.check_rule(self.separation, self.fraction)
+        for name in ("anchors", "azimuths", "height", "map_height"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
+        for name in ("height", "map_height"):
+            rows = getattr(self, name)
+            if 2 * rows % self.azimuths:
                 raise ValueError(
-                    f"expected {name} whose double is a multiple of azimuths = {self.azimuths}, got {width // 2}"
+                    f"expected {name} whose double is a multiple of azimuths = {self.azimuths}, got {rows}"
                 )
 
 
@@ -50,8 +57,12 @@ class LightLabels:
     """The light of one panorama, for `azimuths` viewing directions, as it is and mirrored left to right.
 
     Everything is linear in the panorama's radiance, so that a gain of the photo (one number or one
-    per channel) is applied by multiplication. Azimuth k looks 2 pi k / azimuths to the right of the
-    panorama's centre.
+    per channel) is applied by multiplication.
+
+    Convention: azimuth k looks 2 pi k / azimuths to the right of the panorama's centre, and its labels are
+        those of `rotate_azimuth(panorama, 2 pi k / azimuths)`: with 64 azimuths, light at +X is straight
+        ahead (-Z) at azimuth 16. Row 0 holds the light as it is, row 1 with left and right exchanged after
+        the turn.
     """
 
     anchor_energy: Float[Tensor, "2 azimuths anchors 3"]
@@ -64,7 +75,11 @@ class LightLabels:
     def at(
         self, azimuth: int, mirrored: bool
     ) -> tuple[Float[Tensor, "anchors 3"], Float[Tensor, "9 3"], Float[Tensor, "height width 3"]]:
-        """Anchor energy, ambient coefficients and small map as seen at one azimuth."""
+        """Anchor energy, ambient coefficients and small map as seen at one azimuth, in the panorama's units.
+
+        Raises:
+            IndexError: no such azimuth.
+        """
         count = self.anchor_energy.shape[1]
         small = self.small_map.roll(-azimuth * (self.small_map.shape[1] // count), 1)
         small = equirect.mirror(small) if mirrored else small
@@ -77,19 +92,29 @@ def make_labels(panorama: Float[Tensor, "height width 3"], settings: LabelSettin
 
     Turning by a whole number of texels moves source texels to other anchors exactly; the ambient
     coefficients are rotated analytically.
+
+    Raises:
+        ValueError: no panorama of radiance (not 2:1, not finite, negative).
+
+    >>> panorama = torch.zeros(16, 32, 3)
+    >>> panorama[7, 24] = 10.0  # at +X, a little above the horizon
+    >>> settings = LabelSettings(height=16, map_height=8, azimuths=16)
+    >>> energy, ambient, small = make_labels(panorama, settings).at(4, mirrored=False)
+    >>> points.vogel(128)[energy[:, 0].argmax()]  # after a quarter turn to the right it lies ahead
+    tensor([ 0.0506,  0.1328, -0.9898])
     """
     height, count = settings.height, settings.azimuths
     panorama = equirect.resize(panorama, height)
     sources, ambient = separate.separate(panorama, settings.separation, settings.fraction)
     row, column = sources.sum(-1).nonzero(as_tuple=True)
     solid_angle = equirect.solid_angle(height)
-    energy = sources[row, column] * solid_angle[row, column, None]
+    energy = (sources[row, column] * solid_angle[row, column, None]).float()
     nearest = points.anchor_map(settings.anchors, height)
     step, width = 2 * height // count, 2 * height
 
     anchor_energy = torch.zeros(2, count, settings.anchors, 3)
     rotated = torch.zeros(2, count, 9, 3)
-    coefficients = harmonics.project(ambient, 2)
+    coefficients = harmonics.project(ambient, 2).float()
     for k in range(count):
         seen = (column - k * step) % width
         anchor_energy[0, k].index_add_(0, nearest[row, seen], energy)
@@ -98,7 +123,7 @@ def make_labels(panorama: Float[Tensor, "height width 3"], settings: LabelSettin
         turn = frames.rotation(-2 * torch.pi * k / count)
         rotated[0, k] = harmonics.rotate(coefficients, turn)
         rotated[1, k] = harmonics.mirror(rotated[0, k])
-    return LightLabels(anchor_energy, rotated, equirect.resize(panorama, settings.map_height))
+    return LightLabels(anchor_energy, rotated, equirect.resize(panorama, settings.map_height).float())
 
 
 def cached_labels(
@@ -106,26 +131,40 @@ def cached_labels(
 ) -> LightLabels:
     """Reads the labels of a panorama file from the cache, or makes them and leaves them there.
 
-    The key holds the file's content, every setting and the version of this module, so that a changed
-    file or setting is never served old labels. A damaged cache entry is made anew.
+    The key holds the file's content, the size it was loaded at, every setting and the version of this module,
+    so that a changed file or setting is never served old labels. A damaged entry is made anew. A cache that
+    cannot be written costs time only, and a warning in the log.
+
+    Raises:
+        ValueError: as `make_labels`.
+        OSError: the panorama's file may not be read.
     """
-    digest = hashlib.sha256(path.read_bytes())
-    digest.update(repr((_VERSION, [getattr(settings, f.name) for f in fields(settings)])).encode())
+    with path.open("rb") as content:
+        digest = hashlib.file_digest(content, "sha256")
+    key = (_VERSION, tuple(panorama.shape), [getattr(settings, f.name) for f in fields(settings)])
+    digest.update(repr(key).encode())
     entry = cache / f"{path.stem}-{digest.hexdigest()[:16]}.safetensors"
-    if entry.is_file():
-        try:
-            with safe_open(entry, "pt") as stored:
-                return LightLabels(**{f.name: stored.get_tensor(f.name) for f in fields(LightLabels)})
-        except (SafetensorError, OSError):
-            entry.unlink()
+    try:
+        with safe_open(entry, "pt") as stored:
+            return LightLabels(**{f.name: stored.get_tensor(f.name) for f in fields(LightLabels)})
+    except FileNotFoundError:
+        pass
+    except (SafetensorError, OSError) as error:
+        _LOG.warning("%s: damaged, made anew (%s)", entry, error)
     labels = make_labels(panorama, settings)
-    cache.mkdir(parents=True, exist_ok=True)
-    with atomic_path(entry) as temporary:
-        save_file({f.name: getattr(labels, f.name).contiguous() for f in fields(labels)}, temporary)
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        with atomic_path(entry) as temporary:
+            save_file({f.name: getattr(labels, f.name).contiguous() for f in fields(labels)}, temporary)
+    except (SafetensorError, OSError) as error:
+        _LOG.warning("%s: labels are not kept (%s)", cache, error)
     return labels
 
 
 def default_cache() -> Path:
-    """The user's cache folder for labels: `$XDG_CACHE_HOME/mixlight/labels` or below `~/.cache`."""
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(root) / "mixlight" / "labels"
+    """The user's cache folder for labels: `$XDG_CACHE_HOME/mixlight/labels` or below `~/.cache`.
+
+    A relative `XDG_CACHE_HOME` is ignored, as its specification demands.
+    """
+    root = Path(os.environ.get("XDG_CACHE_HOME") or "")
+    return (root if root.is_absolute() else Path.home() / ".cache") / "mixlight" / "labels"

@@ -14,7 +14,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.data.camera_model import CameraSettings, random_photo
+from mixlight.data.camera_model import GAIN_RANGE, CameraSettings, random_photo
 from mixlight.data.crops import CropSettings, frame_mask, random_crop, take_view
 from mixlight.data.labels import LabelSettings, LightLabels, cached_labels
 from mixlight.data.panoramas import PanoramaRecord, load_panorama
@@ -22,11 +22,16 @@ from mixlight.network.canonical import CanonicalView
 from mixlight.sphere import equirect
 
 _TRIES = 20
+"""Views drawn before a sample is given up; each has its own panorama and exposure."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Photos and the light around each, in the photo's own exposure."""
+    """Photos and the light around each, in the photo's own exposure.
+
+    Convention: radiance 1.0 is the photo's linear white; the map's centre (-Z) is the photo's azimuth, the
+        horizon is level.
+    """
 
     photo: Float[Tensor, "batch 3 height width"]
     """sRGB-encoded photos in [0, 1]."""
@@ -35,9 +40,9 @@ class Batch:
     ambient: Float[Tensor, "batch 9 3"]
     """Radiance SH of the ambient light."""
     small_map: Float[Tensor, "batch map_height map_width 3"]
-    """The whole environment, small."""
+    """The whole environment, small: linear radiance."""
     camera: Float[Tensor, "batch 2"]
-    """Pitch and roll in radians."""
+    """Pitch and roll in radians, up and clockwise."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +52,20 @@ class SamplingSettings:
     weights: Mapping[str, float] = field(
         default_factory=lambda: {"indoor": 1.0, "studio": 1.0, "covered": 1.0, "outdoor": 0.25, "room": 1.0}
     )
-    """Relative frequency of one panorama of each category; 0 leaves the category out."""
+    """Relative frequency of one panorama of each category; 0 leaves the category out. Every category of the
+    tables needs one."""
     room_white_balance: tuple[float, float] = (0.6, 1.0)
     """Rendered rooms are not white-balanced: the share of their mean colour cast that is taken out."""
+
+    def __post_init__(self) -> None:
+        for category, weight in self.weights.items():
+            if not weight >= 0:
+                raise ValueError(f"expected a weight of at least 0 for {category}, got {weight}")
+        low, high = self.room_white_balance
+        if not 0 <= low <= high <= 1:
+            raise ValueError(
+                f"expected room_white_balance from a lower to a higher share in [0, 1], got {[low, high]}"
+            )
 
 
 class TrainingSet:
@@ -67,18 +83,36 @@ class TrainingSet:
     ) -> None:
         """Loads the panoramas (512 rows at most) and makes or reads their labels.
 
+        Args:
+            records: training panoramas; those whose category weighs 0 are left out.
+            canonical: the view that the network takes.
+            labels: how panoramas become targets.
+            cache: folder in which labels are kept between runs.
+            crops: which views are taken.
+            camera: how they are photographed.
+            sampling: how often each kind of panorama is drawn.
+
         Raises:
-            ValueError: no record has a positive weight.
+            ValueError: a category without a weight, no record with a weight above 0, or a file that is no
+                panorama of radiance.
+            OSError: a file cannot be read.
         """
         self.canonical = canonical
         self.azimuths = labels.azimuths
         self.crops = crops or CropSettings()
         self.camera = camera or CameraSettings()
         self.sampling = sampling or SamplingSettings()
-        records = [r for r in records if self.sampling.weights.get(r.category, 0) > 0]
+        weights = self.sampling.weights
+        unknown = sorted({r.category for r in records} - set(weights))
+        if unknown:
+            raise ValueError(
+                f"expected a weight for every category of the panoramas, got none for {', '.join(unknown)} "
+                f"(0 leaves a category out); weights are {dict(weights)}"
+            )
+        records = [r for r in records if weights[r.category] > 0]
         if not records:
             raise ValueError(
-                f"expected training panoramas of a category with weight > 0 in {dict(self.sampling.weights)}, got none"
+                f"expected training panoramas of a category with a weight in {dict(weights)}, got none"
             )
         self.records = records
         self._panoramas: list[Tensor] = []
@@ -88,11 +122,16 @@ class TrainingSet:
             self._labels.append(cached_labels(record.path, panorama, labels, cache))
             # Half precision halves memory; light above its range still counts in the labels.
             self._panoramas.append(panorama.clamp(max=6e4).half())
-        share = np.array([self.sampling.weights[r.category] for r in records], dtype=np.float64)
+        share = np.array([weights[r.category] for r in records], dtype=np.float64)
         self._share = share / share.sum()
 
     def batch(self, seed: int, step: int, size: int) -> Batch:
-        """Makes the batch of one step; the same arguments give the same batch."""
+        """Makes the batch of one step; the same arguments give the same batch, in any process.
+
+        Raises:
+            ValueError: a negative seed or step; no usable exposure in many tries, as of panoramas that are
+                almost black.
+        """
         samples = [self._sample(np.random.default_rng((seed, step, i))) for i in range(size)]
         photo, energy, ambient, small_map, pose = (torch.stack(parts) for parts in zip(*samples, strict=True))
         return Batch(photo, energy, ambient, small_map, pose)
@@ -100,7 +139,7 @@ class TrainingSet:
     def _sample(self, generator: np.random.Generator) -> tuple[Tensor, ...]:
         for _ in range(_TRIES):
             index = int(generator.choice(len(self.records), p=self._share))
-            crop = random_crop(self.azimuths, self.crops, generator)
+            crop = random_crop(self.azimuths, self.crops, generator, self.canonical.fov)
             view = take_view(self._panoramas[index].float(), crop, self.canonical)
             cast = self._white_balance(index, generator)
             inside = frame_mask(crop, self.canonical)
@@ -117,9 +156,10 @@ class TrainingSet:
                 small_map * gain,
                 torch.tensor([crop.pitch, roll]),
             )
-        raise RuntimeError(
-            f"no view with a usable exposure in {_TRIES} tries; are the panoramas almost black? "
-            f"last: {self.records[index].path}"
+        raise ValueError(
+            f"{self.records[index].path}: expected views that an exposure gain between {GAIN_RANGE[0]:g} and "
+            f"{GAIN_RANGE[1]:g} can show, got none in {_TRIES} tries on this and other panoramas; are they "
+            "almost black, or on another scale?"
         )
 
     def _white_balance(self, index: int, generator: np.random.Generator) -> Tensor:
