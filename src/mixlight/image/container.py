@@ -3,6 +3,7 @@
 Decided from the bytes, never from the file's name, and before anything is decoded.
 """
 
+import codecs
 import re
 import struct
 import zlib
@@ -11,7 +12,10 @@ from collections.abc import Iterator
 from mixlight.image.errors import one_line
 from mixlight.image.tiff_structure import read_directory
 
-__all__ = ["announced_size", "jpeg_is_complete", "kind", "png_chunks"]
+__all__ = ["announced_size", "check_jpeg", "kind", "png_chunks"]
+
+_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+"""JPEG markers that announce a size."""
 
 _SIGNATURES = (
     (b"\xff\xd8\xff", "JPEG"),
@@ -57,9 +61,8 @@ def kind(head: bytes) -> tuple[str | None, str]:
     if not head:
         return None, "an empty file"
     try:
-        # The cut may fall into a character of several bytes.
-        text = head.decode("utf-8", "strict" if len(head) < 32 else "ignore")
-        if sum(c.isprintable() or c.isspace() for c in text) == len(text) >= len(head) - 3:
+        text = codecs.getincrementaldecoder("utf-8")().decode(head)  # which may end inside a character
+        if text and all(c.isprintable() or c.isspace() for c in text):
             return None, f"a text that begins with {one_line(text, 24)!r}"
     except UnicodeDecodeError:
         pass
@@ -127,18 +130,36 @@ def _webp_size(data: bytes) -> tuple[int, int]:
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
     for marker, at in _jpeg_markers(data):
-        if marker in range(0xC0, 0xD0) and marker not in (0xC4, 0xC8, 0xCC) and at + 7 <= len(data):
+        if marker in _FRAMES and at + 8 <= len(data):
             height, width = struct.unpack_from(">HH", data, at + 3)
             return int(width), int(height)
     raise ValueError(f"expected a JPEG frame header, received {len(data)} bytes without one (truncated)")
 
 
-def jpeg_is_complete(data: bytes) -> bool:
-    """Whether the end-of-image marker follows the last scan.
+def check_jpeg(data: bytes) -> None:
+    """Checks that a JPEG has its end, and bits enough for each of its blocks.
 
-    Decoders fill the rest of a cut picture with grey and call it a warning.
+    Decoders fill what is missing with grey and call it a warning, or nothing.
+
+    Raises:
+        ValueError: "expected ..., received ...".
     """
-    return any(marker == 0xD9 for marker, _ in _jpeg_markers(data))
+    complete, blocks, scans = False, 0, 0
+    for marker, at in _jpeg_markers(data):
+        complete |= marker == 0xD9
+        scans += marker == 0xDA
+        if marker in (0xC0, 0xC1, 0xC2) and at + 8 <= len(data):  # Huffman coded
+            height, width, count = struct.unpack_from(">HHB", data, at + 3)
+            factors = [data[at + 9 + 3 * i] for i in range(count) if at + 9 + 3 * i < len(data)]
+            largest = max((f >> 4) * (f & 15) for f in factors or [0x11]) or 1
+            blocks = sum(width * height * (f >> 4) * (f & 15) // (largest * 64) for f in factors)
+    if not complete:
+        raise ValueError(f"expected a JPEG with its end, received {len(data)} bytes without one (truncated)")
+    # A block's mean has a code of its own in one scan, of one bit at least.
+    if scans == 0 or 8 * len(data) < blocks:
+        raise ValueError(
+            f"expected bits for {blocks} blocks, received {len(data)} bytes (truncated or corrupt)"
+        )
 
 
 # Behind a scan's header come coded bytes, in which 0xff stands only before 0 and before restart marks.

@@ -16,7 +16,7 @@ def shown(source: str | os.PathLike[str] | bytes) -> str:
     >>> shown("room.hdr"), shown(b"#?RADIANCE")
     ('room.hdr', '<10 bytes>')
     """
-    return f"<{len(source)} bytes>" if isinstance(source, bytes) else str(Path(source))
+    return f"<{len(source)} bytes>" if isinstance(source, bytes) else one_line(Path(source), 4096)
 
 
 def one_line(text: object, limit: int = 200) -> str:

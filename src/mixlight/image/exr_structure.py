@@ -84,8 +84,10 @@ def _attributes(head: bytes, position: int) -> tuple[dict[str, bytes], int]:
     """One header's raw attributes, and where it ends."""
     attributes = {}
     while head[position] != 0:
-        name_end = head.index(0, position)
-        type_end = head.index(0, name_end + 1)
+        name_end = head.find(0, position)
+        type_end = head.find(0, name_end + 1)
+        if name_end < 0 or type_end < 0:
+            raise IndexError
         (size,) = struct.unpack_from("<i", head, type_end + 1)
         begin = type_end + 5
         if size < 0 or begin + size >= len(head):

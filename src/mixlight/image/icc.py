@@ -18,7 +18,7 @@ from mixlight.image.color import REC709, rgb_to_rec709_matrix, rgb_to_xyz_matrix
 
 __all__ = ["Profile", "parse"]
 
-Curve = Callable[[Float64[Array, " n"]], Float64[Array, " n"]]
+Curve = Callable[[Float64[Array, "*shape"]], Float64[Array, "*shape"]]
 _D50 = np.array([0.9642, 1.0, 0.8249])
 
 
@@ -102,7 +102,10 @@ def _matrix(colorants: Float64[Array, "3 3"]) -> Float64[Array, "3 3"] | None:
     d50_rgb = (*REC709[:6], float(x), float(y))  # Rec.709's primaries with the white of the profile space
     to_d50_rgb = np.linalg.solve(rgb_to_xyz_matrix(d50_rgb), colorants)
     matrix = rgb_to_rec709_matrix(d50_rgb) @ to_d50_rgb
-    matrix = matrix / matrix.sum(axis=1, keepdims=True)
+    white = matrix.sum(axis=1, keepdims=True)
+    if not (np.abs(white - 1.0) < 0.2).all():
+        raise IndexError(f"white at {white[:, 0].round(2).tolist()} of Rec.709's")
+    matrix = matrix / white
     return None if np.abs(matrix - np.eye(3)).max() < 5e-3 else np.asarray(matrix)
 
 
@@ -128,6 +131,8 @@ def _curve(tag: bytes) -> Curve:
 def _parametric(kind: int, parameters: Float64[Array, " n"]) -> Curve:
     """ICC.1 table 68: (a x + b)^g + e from d on, c x + f below."""
     p = [float(v) for v in parameters]
+    if p[0] <= 0.0:
+        raise IndexError(f"exponent {p[0]:g}")
     if kind == 0:
         g, a, b, c, d, e, f = p[0], 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     elif kind < 3:
@@ -137,7 +142,7 @@ def _parametric(kind: int, parameters: Float64[Array, " n"]) -> Curve:
     else:
         g, a, b, c, d, e, f = (*p, 0.0, 0.0)[:7]
 
-    def curve(x: Float64[Array, " n"]) -> Float64[Array, " n"]:
+    def curve(x: Float64[Array, "*shape"]) -> Float64[Array, "*shape"]:
         power = np.maximum(a * x + b, 0.0) ** g + e
         return np.clip(np.where(x >= d, power, c * x + f), 0.0, 1.0)
 

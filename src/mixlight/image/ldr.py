@@ -126,7 +126,7 @@ def write_png(path: str | os.PathLike[str], rgb: UInt8[Array, "height width 3"])
 
 
 def _error(path: Path, expected: str, received: object) -> PhotoError:
-    return PhotoError(f"{path}: expected {expected}, received {one_line(received)}")
+    return PhotoError(f"{one_line(path, 4096)}: expected {expected}, received {one_line(received)}")
 
 
 def _check_size(path: Path, width: int, height: int, max_pixels: int) -> None:
@@ -171,7 +171,7 @@ def _read_ldr(path: Path, kind: str, max_pixels: int) -> Photo:
         raise
     except Exception as error:  # decoders of foreign data raise whatever they stumble over
         if isinstance(error, ValueError) and str(error).startswith("expected "):
-            raise PhotoError(f"{path}: {one_line(error)}") from None
+            raise PhotoError(f"{one_line(path, 4096)}: {one_line(error)}") from None
         raise _error(path, f"a complete {kind} picture", error) from None
     del data
     samples = turn_upright(stored.samples, stored.exif.orientation)

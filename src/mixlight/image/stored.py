@@ -56,8 +56,8 @@ def load(kind: str, data: bytes) -> Stored:
         return _load_tiff(data)
     if kind == "PNG":
         return _load_png(data)
-    if kind == "JPEG" and not container.jpeg_is_complete(data):
-        raise ValueError(f"expected a JPEG with its end, received {len(data)} bytes without one (truncated)")
+    if kind == "JPEG":
+        container.check_jpeg(data)
     image = _open(kind, data)
     stored = _from_pillow(image)
     return _with_exif(stored, image.info.get("exif", b""))
@@ -159,7 +159,7 @@ def _through_colour_engine(image: "Image.Image", profile: bytes) -> tuple["Image
         converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode=mode)
         assert converted is not None
         name = one_line(ImageCms.getProfileDescription(source), 60)
-    except ImageCms.PyCMSError as error:
+    except (ImageCms.PyCMSError, OSError) as error:
         return image, f"ICC profile not usable ({one_line(error, 60)}), sRGB assumed"
     return converted, f"ICC profile {name} converted"
 
