@@ -54,6 +54,15 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     return call
 
 
+@pytest.fixture
+def small_previews(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Previews of a fifth of their size, for tests that look at other things."""
+    from mixlight.app import preview
+
+    for name, value in {"SPHERE": 44, "MAP_COLUMNS": 144, "MAP_ROWS": 72, "MARGIN": 8, "GAP": 6}.items():
+        monkeypatch.setattr(preview, name, value)
+
+
 def picture(height: int, width: int) -> np.ndarray:
     """An 8-bit gradient that is brighter at the top and redder at the right."""
     y, x = np.mgrid[0:height, 0:width]

@@ -62,6 +62,8 @@ def test_each_bad_photo_ends_in_one_line_and_the_good_ones_are_done(
     assert [line["ok"] for line in lines] == [True, *[False] * len(bad), True]
     assert sorted(p.name for p in out.iterdir()) == ["last", "room"]
     assert len(list((out / "last").iterdir())) == 4
+    with Image.open(out / "room" / "preview.png") as shown:
+        assert shown.width > 1500
 
 
 def _foreign_weights(folder: Path) -> dict[str, Path]:

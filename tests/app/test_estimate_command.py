@@ -18,6 +18,8 @@ from mixlight.network.estimator import Estimate, Estimator
 from tests.app.conftest import Run, picture
 from tests.tolerances import HALF_FILE, RGBE_FILE
 
+pytestmark = pytest.mark.usefixtures("small_previews")
+
 FILES = {"environment.exr", "environment.hdr", "lighting.json", "preview.png"}
 
 
@@ -64,14 +66,13 @@ def test_a_photo_becomes_the_four_files(run: Run, photo: Path, model: Path, tmp_
     assert text["lights"]
     with Image.open(out / "room" / "preview.png") as shown:
         assert shown.mode == "RGB"
-        assert shown.width > 1200
 
 
 def test_the_map_is_rebuilt_from_json_alone_to_half_float(
     run: Run, photo: Path, model: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    for height in (128, 64):
+    for height in (128, 48):
         assert run("estimate", photo, "--out", out, "--model", model, "--height", height)[0] == 0
         rebuilt = document.load(out / "room" / "lighting.json").environment(height).numpy()
         half, attributes = exr.read(out / "room" / "environment.exr")

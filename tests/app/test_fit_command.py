@@ -11,6 +11,8 @@ from mixlight.light import document
 from tests.app.conftest import Run
 from tests.tolerances import HALF_FILE
 
+pytestmark = pytest.mark.usefixtures("small_previews")
+
 FILES = {"environment.exr", "environment.hdr", "lighting.json", "preview.png", "fit.json"}
 
 

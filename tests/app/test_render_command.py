@@ -6,11 +6,17 @@ import pytest
 import torch
 from PIL import Image
 
+from mixlight.app import preview
 from mixlight.image import exr, radiance
 from mixlight.light import document
 from mixlight.light.lighting import Lighting
+from mixlight.light.transport import MATERIALS
 from mixlight.sphere import frames
 from tests.app.conftest import Run
+
+
+def _shown(linear: float) -> object:
+    return pytest.approx(int(preview.encode(np.full(3, linear, np.float32))[0]), abs=1)
 
 
 def _levels(path: Path) -> np.ndarray:
@@ -19,7 +25,7 @@ def _levels(path: Path) -> np.ndarray:
 
 
 def test_a_uniform_map_shows_flat_spheres_of_the_right_brightness(run: Run, tmp_path: Path) -> None:
-    """Under radiance 1 a diffuse sphere of albedo .5 shows .5, a mirror of reflectance .8 shows .8."""
+    """Under radiance 1 from everywhere a diffuse sphere shows its albedo, a mirror its reflectance."""
     radiance.write(tmp_path / "white.hdr", np.ones((32, 64, 3), np.float32))
     out = tmp_path / "spheres.exr"
     status, said, err = run("render", tmp_path / "white.hdr", "--out", out, "--size", 64)
@@ -27,8 +33,8 @@ def test_a_uniform_map_shows_flat_spheres_of_the_right_brightness(run: Run, tmp_
     assert str(out) in said
     linear, _ = exr.read(out)
     assert linear.shape == (64, 192, 3)
-    assert linear[32, 32].tolist() == pytest.approx([0.5] * 3, rel=0.01)
-    assert linear[32, 160].tolist() == pytest.approx([0.8] * 3, rel=0.01)
+    assert linear[32, 32].tolist() == pytest.approx([MATERIALS[0].reflectance] * 3, rel=0.01)
+    assert linear[32, 160].tolist() == pytest.approx([MATERIALS[2].reflectance] * 3, rel=0.01)
 
 
 def test_the_mirror_shows_what_is_behind_the_photographer_and_right_is_right(
@@ -71,14 +77,16 @@ def test_a_light_and_its_own_map_show_alike(run: Run, tmp_path: Path) -> None:
 
 def test_a_foreign_map_is_exposed_by_its_median_unless_told(run: Run, tmp_path: Path) -> None:
     radiance.write(tmp_path / "bright.hdr", np.full((32, 64, 3), 1024.0, np.float32))
-    status, said, _ = run("render", tmp_path / "bright.hdr", "--out", tmp_path / "s.png", "--json")
+    status, said, _ = run(
+        "render", tmp_path / "bright.hdr", "--out", tmp_path / "s.png", "--json", "--size", 64
+    )
     assert status == 0
     assert json.loads(said)["gain"] == pytest.approx(0.18 / 1024, rel=1e-4)
     auto = _levels(tmp_path / "s.png")
-    assert 80 < auto[auto.shape[0] // 2, auto.shape[1] // 6, 0] < 110  # 0.09 encoded is 85
-    run("render", tmp_path / "bright.hdr", "--out", tmp_path / "s.png", "--exposure-ev", -10)
+    assert auto[auto.shape[0] // 2, auto.shape[1] // 6, 0] == _shown(0.18 * MATERIALS[0].reflectance)
+    run("render", tmp_path / "bright.hdr", "--out", tmp_path / "s.png", "--exposure-ev", -10, "--size", 64)
     told = _levels(tmp_path / "s.png")
-    assert 180 < told[told.shape[0] // 2, told.shape[1] // 6, 0] < 190  # 0.5 encoded is 188
+    assert told[told.shape[0] // 2, told.shape[1] // 6, 0] == _shown(MATERIALS[0].reflectance)
 
 
 def test_bad_lights_end_in_one_line_and_no_file(run: Run, tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ where the photo looks.
 
 import argparse
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mixlight.app.batch import (
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from mixlight.app.photos import FieldOfView
     from mixlight.image.ldr import Photo
     from mixlight.network.estimator import Estimate, Estimator
-    from mixlight.render.spheres import SphereRenderer
 
 HELP = "one indoor photo in, its HDR light out"
 
@@ -51,44 +49,34 @@ def run(arguments: argparse.Namespace) -> int:
     fov_x = None if arguments.fov_deg is None else math.radians(arguments.fov_deg)
     with output_folder(arguments.out) as out:
         # torch is imported only now, when the call as such is known to be right.
-        from mixlight.app.preview import SPHERE
         from mixlight.network.estimator import Estimator
-        from mixlight.render.spheres import SphereRenderer
 
         try:
             estimator = Estimator.load(arguments.model)
         except (ValueError, OSError) as error:
             raise UsageError(f"--model {arguments.model}: {error}") from error
-        tools = _Tools(estimator, SphereRenderer(SPHERE))
         max_pixels = int(arguments.max_megapixels * 1e6)
 
         def work(job: Job) -> dict[str, Any]:
-            return _estimate_one(job, tools, fov_x, arguments.height, max_pixels)
+            return _estimate_one(job, estimator, fov_x, arguments.height, max_pixels)
 
         return run_batch(plan(arguments.photos, out), work, as_json=arguments.as_json)
 
 
-@dataclass(frozen=True)
-class _Tools:
-    """What is made once for all photos."""
-
-    estimator: "Estimator"
-    renderer: "SphereRenderer"
-
-
 def _estimate_one(
-    job: Job, tools: _Tools, fov_x: float | None, height: int, max_pixels: int
+    job: Job, estimator: "Estimator", fov_x: float | None, height: int, max_pixels: int
 ) -> dict[str, Any]:
     from mixlight.app.outputs import write_result
     from mixlight.app.photos import field_of_view, linear_tensor
-    from mixlight.app.preview import auto_exposure, estimate_preview
-    from mixlight.app.scene import light_markers, photo_outline
+    from mixlight.app.preview import SPHERE, auto_exposure, estimate_preview
+    from mixlight.app.scene import light_markers, photo_outline, sphere_renderer
     from mixlight.image.ldr import read_photo
     from mixlight.light.lights import merge
 
+    renderer = sphere_renderer(SPHERE)
     photo = read_photo(job.source, max_pixels=max_pixels)
     fov = field_of_view(photo, fov_x)
-    result = tools.estimator.estimate(linear_tensor(photo), fov.radians)
+    result = estimator.estimate(linear_tensor(photo), fov.radians)
     # Lobes too weak to be listed in lighting.json are not in the map either.
     lighting = result.lighting.pruned()
     environment = lighting.environment(height)
@@ -96,8 +84,8 @@ def _estimate_one(
     preview = estimate_preview(
         photo.linear,
         environment.numpy(),
-        tools.renderer.render(environment).numpy(),
-        tools.renderer.mask.numpy(),
+        renderer.render(environment).numpy(),
+        renderer.mask.numpy(),
         light_markers(lights),
         photo_outline(*photo.size, fov.radians, result.pitch, result.roll),
         # A photo holds its own white. A linear file has none, and may need a gain to be seen at all.
@@ -111,7 +99,7 @@ def _estimate_one(
         environment,
         preview,
         photo=_photo_record(photo, camera),
-        model=tools.estimator.card,
+        model=estimator.card,
     )
     return {
         "summary": _summary(fov, len(lights)),

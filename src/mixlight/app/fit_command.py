@@ -8,7 +8,7 @@ the panorama itself.
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mixlight.app.batch import (
     PANORAMA_MEGAPIXELS,
@@ -19,9 +19,6 @@ from mixlight.app.batch import (
     plan,
     run_batch,
 )
-
-if TYPE_CHECKING:
-    from mixlight.render.spheres import SphereRenderer
 
 HELP = "an HDR panorama in, its light as ambient and sources out"
 
@@ -62,21 +59,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Fit each panorama; returns the exit status."""
     with output_folder(arguments.out) as out:
-        from mixlight.app.preview import SPHERE
-        from mixlight.render.spheres import SphereRenderer
-
-        renderer = SphereRenderer(SPHERE)
-
-        def work(job: Job) -> dict[str, Any]:
-            return _fit_one(job, arguments, renderer)
-
-        return run_batch(plan(arguments.panoramas, out), work, as_json=arguments.as_json)
+        jobs = plan(arguments.panoramas, out)
+        return run_batch(jobs, lambda job: _fit_one(job, arguments), as_json=arguments.as_json)
 
 
-def _fit_one(job: Job, arguments: argparse.Namespace, renderer: "SphereRenderer") -> dict[str, Any]:
+def _fit_one(job: Job, arguments: argparse.Namespace) -> dict[str, Any]:
     from mixlight.app.outputs import write_result
-    from mixlight.app.preview import auto_exposure, fit_preview
-    from mixlight.app.scene import light_markers, read_map
+    from mixlight.app.preview import SPHERE, auto_exposure, fit_preview
+    from mixlight.app.scene import light_markers, read_map, sphere_renderer
     from mixlight.light.compare import rmse_and_si_rmse
     from mixlight.light.fit import energy_report, fit
     from mixlight.light.lights import merge
@@ -95,6 +85,7 @@ def _fit_one(job: Job, arguments: argparse.Namespace, renderer: "SphereRenderer"
     environment = lighting.environment(arguments.height)
     gain = auto_exposure(shown.numpy(), equirect.solid_angle(shown.shape[0]).numpy())
 
+    renderer = sphere_renderer(SPHERE)
     true_spheres, fitted_spheres = renderer.render(shown), renderer.render(environment)
     mask = renderer.mask
     rmse, si_rmse = rmse_and_si_rmse(fitted_spheres[:, mask] * gain, true_spheres[:, mask] * gain)

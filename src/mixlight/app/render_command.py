@@ -70,20 +70,20 @@ def _render(arguments: argparse.Namespace) -> float:
     import numpy as np
 
     from mixlight.app.preview import spheres_picture
+    from mixlight.app.scene import sphere_renderer
     from mixlight.image import exr, ldr
     from mixlight.image.atomic import atomic_path
-    from mixlight.render.spheres import render_spheres
 
-    with atomic_path(arguments.out):
-        pass  # proves that the picture can be written before any work is done
-    environment, gain = _environment(arguments.light, int(arguments.max_megapixels * 1e6))
-    if arguments.exposure_ev is not None:
-        gain = 2.0**arguments.exposure_ev
-    spheres, mask = render_spheres(environment, resolution=arguments.size)
-    if arguments.out.suffix.lower() == ".exr":
-        exr.write(arguments.out, np.concatenate(list(spheres.numpy()), axis=1), {"mixlightGain": 1.0})
-        return 1.0
-    ldr.write_png(arguments.out, spheres_picture(spheres.numpy(), mask.numpy(), arguments.size, gain=gain))
+    with atomic_path(arguments.out) as out:  # first, as it proves that the picture can be written
+        environment, gain = _environment(arguments.light, int(arguments.max_megapixels * 1e6))
+        if arguments.exposure_ev is not None:
+            gain = 2.0**arguments.exposure_ev
+        renderer = sphere_renderer(arguments.size)
+        spheres = renderer.render(environment).numpy()
+        if arguments.out.suffix.lower() == ".exr":
+            exr.write(out, np.concatenate(list(spheres), axis=1))
+            return 1.0
+        ldr.write_png(out, spheres_picture(spheres, renderer.mask.numpy(), arguments.size, gain=gain))
     return gain
 
 

@@ -1,6 +1,7 @@
-"""What the verbs share around a map: reading one, and the marks of its lights."""
+"""What the verbs share around a map: reading one, rendering spheres under it, the marks of its lights."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ from torch import Tensor
 from mixlight.app.preview import Marker
 from mixlight.image import exr, radiance
 from mixlight.light.lights import Light
+from mixlight.render.spheres import SphereRenderer
 from mixlight.sphere import camera, equirect, frames
 
-__all__ = ["light_markers", "photo_outline", "read_map"]
+__all__ = ["light_markers", "photo_outline", "read_map", "sphere_renderer"]
 
 _EXR_MAGIC, _RADIANCE_MAGIC = b"\x76\x2f\x31\x01", b"#?"
 
@@ -53,6 +55,12 @@ def read_map(path: str | Path, *, max_pixels: int) -> tuple[Float[Tensor, "heigh
         return frames.convert_panorama(panorama, frame, "mixlight"), ours
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
+
+
+@lru_cache(maxsize=2)
+def sphere_renderer(resolution: int) -> SphereRenderer:
+    """The renderer of spheres of that many pixels; read-only, as it is kept for the next call."""
+    return SphereRenderer(resolution)
 
 
 def light_markers(lights: Sequence[Light]) -> list[Marker]:

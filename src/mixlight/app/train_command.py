@@ -24,7 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fresh", action="store_true", help="start anew instead of going on from the checkpoint in DIR"
     )
     parser.add_argument("--cache", type=Path, metavar="DIR", help="where labels are kept between runs")
-    parser.add_argument("--json", action="store_true", dest="as_json", help="print one line of JSON at the end")
+    parser.add_argument(
+        "--json", action="store_true", dest="as_json", help="print one line of JSON at the end"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
