@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from jaxtyping import Float
@@ -22,41 +22,70 @@ from mixlight.sphere import equirect, points
 class LossWeights:
     """Weight of each term; 0 leaves a term out and costs nothing."""
 
-    distribution: float = 5.0
+    distribution: float = 0.5
     """Squared error of P, after the sparse layer."""
-    scores: float = 5.0
+    scores: float = 0.5
     """The same before the sparse layer, so that anchors outside its support learn too."""
-    transport: float = 0.3
+    transport: float = 1.0
     """Sinkhorn divergence of P (geodesic cost, radians)."""
-    masked_l1: float = 0.2
+    masked_l1: float = 0.1
     """|P| where the true P is 0."""
-    intensity: float = 0.1
+    intensity: float = 0.05
     """Squared error of log E."""
     colour: float = 0.5
     """Squared error of R."""
-    coefficients: float = 0.02
+    coefficients: float = 0.1
     """SH coefficients, each degree by 1 / (2 l + 1)."""
-    reconstruction: float = 0.1
+    reconstruction: float = 0.5
     """SH map."""
-    rendering: float = 0.1
+    rendering: float = 2.0
     """SH irradiance map."""
-    spheres: tuple[float, float, float] = (2.0, 0.5, 0.3)
+    spheres: tuple[float, float, float] = (3.0, 0.5, 0.1)
     """RMSE of the rendered diffuse, matte and mirror spheres."""
-    spheres_si: tuple[float, float, float] = (2.0, 0.5, 0.3)
+    spheres_si: tuple[float, float, float] = (3.0, 0.5, 0.1)
     """The same after the best single scale."""
     camera: float = 2.0
     """Squared error of pitch and roll in radians."""
+    sphere_offset: float = 0.05
+    """Sphere errors x count as log(1 + x / offset): a scene twice as wrong costs log 2 more, not twice as much."""
+
+    def __post_init__(self) -> None:
+        total = 0.0
+        for field in fields(self):
+            value = getattr(self, field.name)
+            values = value if isinstance(value, tuple) else (value,)
+            if not all(number >= 0 for number in values):
+                raise ValueError(f"expected {field.name} of at least 0, got {value}")
+            total += sum(values)
+        if total == 0:
+            raise ValueError("expected at least one weight above 0, got none")
 
 
 class TotalLoss(nn.Module):
     """Weighs predicted light against true light, both divided by the true mean radiance.
 
     Intensities span decades between scenes and a single bright one must not rule a step: all terms are
-    relative to the true light, those on intensities are logarithmic or bounded by Huber's function.
+    relative to the true light, those on intensities are logarithmic or bounded by Huber's function. So the
+    loss does not change when photo, prediction and truth are all made k times as bright.
+
+    Convention: light in the photo's exposure and our frame, as in a `Batch`. A perfect prediction does not
+        cost nothing: what the representation cannot hold of the true map remains in the spheres.
     """
 
+    harmonic_maps: Tensor
+    """[texels, 9]: each harmonic's value at each texel."""
+    lobe_maps: Tensor
+    """[texels, anchors]: the map of each lobe of energy 1."""
+
     def __init__(self, weights: LossWeights, anchors: int, sharpness: float, map_height: int = 32) -> None:
-        """`map_height` is the size of the small maps on which spheres are rendered."""
+        """Build the tables.
+
+        Args:
+            weights: weight of each term.
+            anchors: number of source directions.
+            sharpness: angular size s of the lobes.
+            map_height: rows of the small maps on which spheres are rendered.
+        """
         super().__init__()
         self.weights = weights
         axes = points.vogel(anchors)
@@ -64,17 +93,16 @@ class TotalLoss(nn.Module):
         lobes = gaussians.lobe_maps(axes, sharpness, map_height)
         self.register_buffer("harmonic_maps", harmonics.basis(directions, 2).flatten(0, 1), persistent=False)
         self.register_buffer("lobe_maps", lobes.flatten(1).T.contiguous(), persistent=False)
-        self.register_buffer("solid_angle", equirect.solid_angle(map_height), persistent=False)
         self.map_height = map_height
         self.sinkhorn = SphericalSinkhorn(axes)
-        self.sphere_loss = SphereLoss()
+        self.sphere_loss = SphereLoss(map_height)
 
     def environment(
         self, ambient: Float[Tensor, "batch 9 3"], anchor_energy: Float[Tensor, "batch anchors 3"]
     ) -> Float[Tensor, "batch height width 3"]:
-        """The small map of a light: ambient part clamped at 0, plus the lobes."""
+        """The small map of a light: ambient part clamped at 0, plus the lobes; height is `map_height`."""
         flat = (self.harmonic_maps @ ambient).clamp(min=0) + self.lobe_maps @ anchor_energy
-        return flat.unflatten(1, (self.map_height, 2 * self.map_height))
+        return flat.view(-1, self.map_height, 2 * self.map_height, 3)
 
     def forward(
         self,
@@ -89,7 +117,15 @@ class TotalLoss(nn.Module):
         true_map: Float[Tensor, "batch height width 3"],
         true_camera: Float[Tensor, "batch 2"],
     ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
-        """The weighted sum, and each unweighted term as the mean over the batch (detached)."""
+        """The weighted sum, and each term as the mean over the batch (detached).
+
+        Terms are unweighted, but for `spheres` and `spheres_si`, which are sums over the three spheres by
+        their weights. What the arguments are: `mixlight.network.heads.Prediction` and
+        `mixlight.data.training_set.Batch`.
+
+        Raises:
+            ValueError: the true map has another size than the loss was built for.
+        """
         weights = self.weights
         scale = equirect.integrate(true_map)
         scale = luminance(scale).clamp(min=1e-6) / (4 * torch.pi)
@@ -126,12 +162,16 @@ class TotalLoss(nn.Module):
             rmse, si_rmse = self.sphere_loss(
                 self.environment(ambient, energy), true_map / scale[:, None, None, None]
             )
-            terms["spheres"] = (rmse * rmse.new_tensor(weights.spheres)).sum(-1)
-            terms["spheres_si"] = (si_rmse * rmse.new_tensor(weights.spheres_si)).sum(-1)
+            terms["spheres"] = (self._robust(rmse) * rmse.new_tensor(weights.spheres)).sum(-1)
+            terms["spheres_si"] = (self._robust(si_rmse) * rmse.new_tensor(weights.spheres_si)).sum(-1)
         if weights.camera:
             terms["camera"] = (camera - true_camera).square().sum(-1)
         loss = torch.stack([_weight(weights, name) * value.mean() for name, value in terms.items()]).sum()
         return loss, {name: value.detach().mean() for name, value in terms.items()}
+
+    def _robust(self, error: Tensor) -> Tensor:
+        """Logarithmic from `sphere_offset` on, so that hopeless scenes do not outweigh those that can be learnt."""
+        return torch.log1p(error / self.weights.sphere_offset)
 
 
 _AMBIENT = {

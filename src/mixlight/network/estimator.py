@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,16 @@ from mixlight.network.heads import Prediction
 from mixlight.network.model import MixLightNet, ModelSettings
 
 _KEPT_SHARE = 1e-4
+"""Anchors with less of the sources' light count as 0 (method, section 4)."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """The light around a photo and how its camera stood."""
+    """The light around a photo and how its camera stood.
+
+    Convention: our frame, level, with the photo's azimuth ahead (-Z): whatever the photo's pitch and roll,
+        its shape and its field of view.
+    """
 
     lighting: Lighting
     """In the photo's own exposure: radiance 1.0 is the photo's linear white; azimuth 0 is the photo's."""
@@ -31,14 +37,20 @@ class Estimate:
     roll: float
     """Clockwise turn of the camera in radians."""
     view: Float[Tensor, "height width 3"]
-    """What the network saw: the canonical view, linear."""
+    """What the network saw: the canonical view, linear, in [0, 1]."""
 
 
 class Estimator:
-    """A trained network with its card."""
+    """A trained network with its card.
+
+    A photo of any size, shape and field of view is seen through the network's canonical view
+    (`mixlight.network.canonical`): a wider one is cut to it, a narrower, flatter or portrait one leaves a rim
+    that is filled with the photo's mean colour. The photo clips at 1.0, as every camera does, so a linear
+    file and the JPEG made of it give the same light.
+    """
 
     def __init__(self, model: MixLightNet, card: dict[str, Any]) -> None:
-        """Takes a network ready for inference."""
+        """Takes a network and what is known of it; the network is put into evaluation mode."""
         self.model = model.eval()
         self.card = card
 
@@ -51,38 +63,74 @@ class Estimator:
         """
         path = weights.find(name_or_path)
         state, card = weights.load(path)
-        known = {f.name for f in fields(ModelSettings)}
         settings = card.get("settings")
-        if card.get("kind") != "mixlight" or not isinstance(settings, dict) or set(settings) - known:
+        if card.get("kind") != "mixlight" or not isinstance(settings, dict):
             raise weights.WeightsError(
                 f"{path}: expected weights of a MixLight model with its settings on the card, "
                 f"got kind {card.get('kind')!r}"
             )
-        model = MixLightNet(ModelSettings(**settings))
+        try:
+            model = MixLightNet(ModelSettings.from_card(settings))
+        except ValueError as error:
+            raise weights.WeightsError(f"{path}: settings on the card: {error}") from error
         weights.load_into(model, state, path)
         return cls(model, card)
 
     def view(
         self, photo: Float[Tensor, "photo_height photo_width 3"], fov_x: float
     ) -> Float[Tensor, "height width 3"]:
-        """The canonical view of a linear photo with horizontal field of view `fov_x` in radians."""
+        """The canonical view of a linear photo, clipped at white.
+
+        Args:
+            photo: linear light, 1.0 is white; what is above counts as white.
+            fov_x: horizontal field of view in radians.
+
+        Raises:
+            ValueError: NaN, infinite or negative values, a field of view outside (0, pi), or so small a photo
+                that the view shows none of it.
+        """
+        low, high = (float(bound) for bound in photo.aminmax())  # NaN goes through both
+        if not (low >= 0 and high < math.inf):
+            raise ValueError(f"expected a photo of finite values of at least 0, got {low:g} to {high:g}")
+        if high > 1:
+            photo = photo.clamp(max=1)
         return self.model.settings.canonical.resample(photo, fov_x)[0]
 
     def estimate(self, photo: Float[Tensor, "photo_height photo_width 3"], fov_x: float) -> Estimate:
-        """Estimates the light around one linear photo (values in [0, 1], 1 = white).
+        """Estimates the light around one linear photo.
+
+        Args:
+            photo: linear light, any size; 1.0 is white.
+            fov_x: horizontal field of view in radians.
 
         Raises:
-            ValueError: a black view, since light is estimated relative to the photo's mean.
+            ValueError: as `view`; or a black view, since light is estimated relative to the photo's mean.
         """
         return self.estimate_views(self.view(photo, fov_x)[None])[0]
 
     def estimate_views(self, views: Float[Tensor, "batch height width 3"]) -> list[Estimate]:
-        """Estimates the light around a batch of linear canonical views."""
-        if not bool((views.amax((1, 2, 3)) > 0).all()):
-            raise ValueError("expected a photo with light in it, got an all-black view")
-        encoded = torch.from_numpy(linear_to_srgb(views.clamp(0, 1).numpy()))
+        """Estimates the light around a batch of canonical views, as `view` gives them.
+
+        The result is on the views' device, whatever the network's.
+
+        Raises:
+            ValueError: views of another size, with NaN or infinite values, or black ones.
+        """
+        canonical = self.model.settings.canonical
+        if views.shape[1:3] != (canonical.height, canonical.width):
+            raise ValueError(
+                f"expected views of {canonical.height} x {canonical.width}, got {tuple(views.shape[1:3])}"
+            )
+        if not bool(views.isfinite().all()):
+            raise ValueError("expected views of finite values, got NaN or infinity")
+        black = (views.amax((1, 2, 3)) <= 0).nonzero().flatten().tolist()
+        if black:
+            raise ValueError(f"expected photos with light in them, got an all-black view (number {black[0]})")
+        linear = views.detach().clamp(0, 1).float().cpu().numpy()
+        encoded = torch.from_numpy(linear_to_srgb(linear)).permute(0, 3, 1, 2).contiguous()
         with torch.inference_mode():
-            prediction = self.model(encoded.permute(0, 3, 1, 2).contiguous())
+            device = next(self.model.parameters()).device
+            prediction = self.model(encoded.to(device)).to(views.device)
         lights = to_lighting(prediction, self.model.settings.sharpness)
         poses: Sequence[Sequence[float]] = prediction.camera.tolist()
         return [
@@ -92,7 +140,10 @@ class Estimator:
 
 
 def to_lighting(prediction: Prediction, sharpness: float) -> list[Lighting]:
-    """One `Lighting` a photo; anchors with less than 1e-4 of the sources' light count as 0 (method)."""
+    """One `Lighting` a photo; anchors with less than 1e-4 of the sources' light count as 0.
+
+    `sharpness` is the angular size s of the lobes.
+    """
     share = prediction.distribution
     kept = share > _KEPT_SHARE * share.sum(-1, keepdim=True)
     energy = torch.where(kept[..., None], prediction.anchor_energy, 0.0)

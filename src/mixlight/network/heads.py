@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
 
-from mixlight.network.sparsemax import SLSparsemax
+from mixlight.network.sparsemax import Mode, SLSparsemax
 
 _LOG_LIMIT = 8.0
+"""Largest logarithm of an intensity, relative to the photo: a factor of 2981 either way."""
+
+_COLOUR_LIMIT = 3.0
+"""Largest logarithm of a colour channel before the colour is normalised: a factor of 20 either way."""
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Light around a photo, in units of the photo's mean linear colour unless a method says otherwise."""
+    """Light around a batch of photos.
+
+    Convention: our frame, the photo's azimuth ahead (-Z), the horizon level. As the heads give it, light is
+        in units of the photo's mean linear colour; `MixLightNet.forward` returns it in the photo's own
+        exposure (1.0 is white).
+    """
 
     scores: Float[Tensor, "batch anchors"]
     """Source scores before the sparse layer, at probability scale."""
@@ -29,15 +38,28 @@ class Prediction:
     ambient: Float[Tensor, "batch 9 3"]
     """Radiance SH of the ambient light."""
     camera: Float[Tensor, "batch 2"]
-    """Pitch and roll in radians."""
+    """Pitch (up) and roll (clockwise) in radians."""
 
     @property
     def anchor_energy(self) -> Float[Tensor, "batch anchors 3"]:
-        """v = P E R, the integrated radiance of each lobe."""
+        """V = P E R, the integrated radiance (radiance times steradian) of each lobe."""
         return self.distribution[..., None] * (self.intensity[:, None] * self.colour)[:, None, :]
 
+    def to(self, device: torch.device | str) -> Prediction:
+        """The same light on another device."""
+        return Prediction(**{field.name: getattr(self, field.name).to(device) for field in fields(self)})
+
     def scaled(self, gain: Float[Tensor, "batch 3"]) -> Prediction:
-        """The same light with every channel multiplied by a gain (light is linear)."""
+        """The same light with every channel multiplied by a gain above 0 (light is linear).
+
+        `anchor_energy` and `ambient` are multiplied by it; scores, distribution and camera stay.
+
+        >>> half = torch.full((1, 2), 0.5)
+        >>> one, gray = torch.ones(1), torch.full((1, 3), 3**-0.5)
+        >>> light = Prediction(half, half, one, gray, torch.zeros(1, 9, 3), torch.zeros(1, 2))
+        >>> light.scaled(torch.tensor([[2.0, 1.0, 0.0]])).anchor_energy[0, 0]
+        tensor([0.5774, 0.2887, 0.0000])
+        """
         total = self.intensity[:, None] * self.colour * gain
         intensity = total.norm(dim=-1)
         colour = total / intensity.clamp(min=1e-12)[:, None]
@@ -61,10 +83,24 @@ class LightHeads(nn.Module):
         hidden: int = 256,
         grid_channels: int = 48,
         dropout: float = 0.4,
-        sparse_mode: str = "masked",
+        sparse_mode: Mode = "masked",
         score_scale: float = 0.05,
     ) -> None:
-        """`grid` is the size (rows, columns) of the feature grid that is kept."""
+        """Build the layers.
+
+        Args:
+            channels: channels of the feature map.
+            grid: rows and columns of the feature grid that is kept.
+            anchors: number of source directions.
+            hidden: width of the regression trunk.
+            grid_channels: channels of the grid.
+            dropout: before and after the trunk's hidden layer.
+            sparse_mode: of the layer that turns scores into a distribution.
+            score_scale: what the scores are multiplied by, so that a weight decides at probability scale.
+
+        Raises:
+            ValueError: unknown sparse mode, or too few anchors to have neighbours.
+        """
         super().__init__()
         self.anchors = anchors
         self.grid = grid
@@ -87,7 +123,15 @@ class LightHeads(nn.Module):
         ambient: Float[Tensor, "9 3"],
         camera: Float[Tensor, " 2"],
     ) -> None:
-        """Sets the output biases so that the untrained network predicts a given (mean) light."""
+        """Sets the output biases so that the untrained network predicts a given (mean) light.
+
+        Args:
+            distribution: scores before the sparse layer.
+            log_intensity: natural logarithm of E.
+            log_colour: natural logarithm of R, up to a common summand.
+            ambient: radiance SH, the first row above 0.
+            camera: pitch and roll in radians.
+        """
         with torch.no_grad():
             bias = torch.cat(
                 [
@@ -104,7 +148,9 @@ class LightHeads(nn.Module):
     def forward(
         self, features: Float[Tensor, "batch channels rows columns"], mean: Float[Tensor, "batch 3"]
     ) -> Prediction:
-        """Regresses the light; `mean` is the photo's mean linear colour, an input as well as the unit."""
+        """Regresses the light in units of `mean`, the photo's mean linear colour (above 0), which is an input
+        too.
+        """
         pooled = features.mean((2, 3))
         grid = functional.adaptive_avg_pool2d(self.reduce(features), self.grid).flatten(1)
         hidden = self.trunk(torch.cat([pooled, grid, mean.log()], 1))
@@ -113,11 +159,15 @@ class LightHeads(nn.Module):
         scores = scores * self.score_scale
         base = base.clamp(-_LOG_LIMIT, _LOG_LIMIT).exp()
         ambient = torch.cat([base[:, None], base[:, None] * shape.view(-1, 8, 3)], 1)
+        # Without a sparse layer scores may be negative; light may not.
+        distribution = self.sparse(scores)
+        if self.sparse.mode == "none":
+            distribution = distribution.clamp(min=0)
         return Prediction(
             scores=scores,
-            distribution=self.sparse(scores),
+            distribution=distribution,
             intensity=intensity[:, 0].clamp(-_LOG_LIMIT, _LOG_LIMIT).exp(),
-            colour=functional.normalize(colour.clamp(-3, 3).exp(), dim=-1),
+            colour=functional.normalize(colour.clamp(-_COLOUR_LIMIT, _COLOUR_LIMIT).exp(), dim=-1),
             ambient=ambient,
             camera=camera,
         )

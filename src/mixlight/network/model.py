@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import torch
 from jaxtyping import Float
@@ -12,8 +14,13 @@ from torch import Tensor, nn
 from mixlight.network import backbones
 from mixlight.network.canonical import CanonicalView
 from mixlight.network.heads import LightHeads, Prediction
+from mixlight.network.sparsemax import MODES, Mode
 
 _DARKEST = 1e-3
+"""Least mean of a channel that serves as a unit."""
+
+_WEAKEST = 0.05
+"""Least share of the brightest channel's mean."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +49,25 @@ class ModelSettings:
     """Columns of that grid."""
     dropout: float = 0.4
     """Dropout before and after the hidden layer."""
-    sparse_mode: str = "masked"
+    sparse_mode: Mode = "masked"
     """Sparse layer: `masked`, `literal`, `sparsemax` or `none`."""
+
+    def __post_init__(self) -> None:
+        if self.backbone not in backbones.names():
+            raise ValueError(
+                f"expected a backbone out of {', '.join(backbones.names())}, got {self.backbone!r}"
+            )
+        if self.sparse_mode not in MODES:
+            raise ValueError(f"expected a sparse_mode out of {', '.join(MODES)}, got {self.sparse_mode!r}")
+        for name in ("height", "width", "anchors", "hidden", "grid_channels", "grid_rows", "grid_columns"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
+        if not 0 < self.fov_deg < 180:
+            raise ValueError(f"expected fov_deg in (0, 180), got {self.fov_deg}")
+        if not self.sharpness > 0:
+            raise ValueError(f"expected a sharpness above 0, got {self.sharpness}")
+        if not 0 <= self.dropout < 1:
+            raise ValueError(f"expected dropout in [0, 1), got {self.dropout}")
 
     @property
     def canonical(self) -> CanonicalView:
@@ -54,13 +78,41 @@ class ModelSettings:
         """As plain values, for the card of the weights."""
         return asdict(self)
 
+    @classmethod
+    def from_card(cls, values: Mapping[str, Any]) -> ModelSettings:
+        """The settings that `to_card` wrote.
+
+        Raises:
+            ValueError: an unknown or missing name, or a value of another type or outside its range.
+
+        >>> ModelSettings.from_card(ModelSettings(height=192).to_card()).height
+        192
+        """
+        known = {f.name: type(f.default) for f in fields(cls)}
+        wrong = sorted(known.keys() ^ values.keys())
+        if wrong:
+            raise ValueError(
+                f"expected the settings {', '.join(known)}, got others or too few: {', '.join(wrong)}"
+            )
+        for name, kind in known.items():
+            given = values[name]
+            fits = isinstance(given, kind) or (kind is float and isinstance(given, int))
+            if not fits or isinstance(given, bool):
+                raise ValueError(f"expected {kind.__name__} for {name}, got {given!r}")
+        return cls(**values)
+
 
 class MixLightNet(nn.Module):
     """Backbone and heads. Light is predicted relative to the photo's mean linear colour.
 
-    The photo tells light only up to its exposure and white balance, so the network regresses what is
-    left when both are divided out, and the result is multiplied back.
+    The photo tells light only up to its exposure and white balance, so the network regresses what is left
+    when both are divided out, and the result is multiplied back. Exactly: `forward` is `relative` times the
+    photo's mean colour. (Not exactly: the network looks at the photo as it is, so that a photo twice as
+    bright gives about, not precisely, twice the light.)
     """
+
+    backbone: backbones.Backbone
+    heads: LightHeads
 
     def __init__(self, settings: ModelSettings, pretrained: bool = False) -> None:
         """Builds the network; `pretrained` loads the backbone's ImageNet weights.
@@ -82,7 +134,10 @@ class MixLightNet(nn.Module):
         )
 
     def relative(self, photo: Float[Tensor, "batch 3 height width"]) -> tuple[Prediction, Tensor]:
-        """Predicts light in units of the photo's mean colour, and returns that colour [batch, 3]."""
+        """Predicts light in units of the photo's mean colour, and returns that colour [batch, 3] beside it.
+
+        `photo` is the sRGB-encoded canonical view in [0, 1].
+        """
         mean = mean_linear_colour(photo)
         return self.heads(self.backbone(photo), mean), mean
 
@@ -99,9 +154,12 @@ def mean_linear_colour(photo: Float[Tensor, "batch 3 height width"]) -> Float[Te
     """Mean of the sRGB-decoded photo per channel.
 
     Channels are kept above 1/1000 and above 5 % of the brightest, so that it can serve as a unit.
+
+    >>> mean_linear_colour(torch.full((1, 3, 2, 2), 0.5))
+    tensor([[0.2140, 0.2140, 0.2140]])
     """
     # The transfer function as in mixlight.image.color, which is NumPy and cannot be part of the graph.
     linear = torch.where(photo <= 0.04045, photo / 12.92, ((photo.clamp(min=0.04045) + 0.055) / 1.055) ** 2.4)
     mean = linear.float().mean((2, 3))
-    floor = (0.05 * mean.amax(1, keepdim=True)).clamp(min=_DARKEST)
+    floor = (_WEAKEST * mean.amax(1, keepdim=True)).clamp(min=_DARKEST)
     return torch.maximum(mean, floor)
