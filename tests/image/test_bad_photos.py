@@ -98,6 +98,22 @@ def test_a_jpeg_whose_rest_is_zeros(tmp_path: Path, fraction: float) -> None:
     refused(path, r"expected a JPEG with its end, received \d+ bytes without one \(truncated\)")
 
 
+def test_a_jpeg_that_announces_more_than_it_holds(tmp_path: Path) -> None:
+    # Its end is there, so that a decoder fills 24 million pixels with grey.
+    data = encoded(noise(), "JPEG")
+    at = data.index(b"\xff\xc0")
+    data = data[: at + 5] + struct.pack(">HH", 4000, 6000) + data[at + 9 :]
+    refused(
+        stored(tmp_path / "a.jpg", data), r"expected bits for 562500 blocks, received \d+ bytes \(truncated\)"
+    )
+
+
+@pytest.mark.parametrize("options", [{}, {"progressive": True, "optimize": True}, {"subsampling": "4:4:4"}])
+def test_flat_pictures_need_few_bits_and_are_read(tmp_path: Path, options: dict[str, object]) -> None:
+    path = stored(tmp_path / "a.jpg", encoded(Image.new("RGB", (900, 700), "white"), "JPEG", **options))
+    assert read_photo(path).linear.min() > 0.99
+
+
 @pytest.mark.parametrize("kind", ["JPEG", "PNG", "WEBP", "TIFF"])
 def test_damaged_bytes_give_a_photo_or_a_photo_error(
     tmp_path: Path, kind: str, recwarn: pytest.WarningsRecorder

@@ -9,6 +9,8 @@ import struct
 import zlib
 from collections.abc import Iterator
 
+import numpy as np
+
 from mixlight.image.errors import one_line
 from mixlight.image.tiff_structure import read_directory
 
@@ -151,26 +153,28 @@ def check_jpeg(data: bytes) -> None:
         if marker in (0xC0, 0xC1, 0xC2) and at + 8 <= len(data):  # Huffman coded
             height, width, count = struct.unpack_from(">HHB", data, at + 3)
             factors = [data[at + 9 + 3 * i] for i in range(count) if at + 9 + 3 * i < len(data)]
-            largest = max((f >> 4) * (f & 15) for f in factors or [0x11]) or 1
-            blocks = sum(width * height * (f >> 4) * (f & 15) // (largest * 64) for f in factors)
+            whole = 64 * max((f >> 4 for f in factors), default=1) * max((f & 15 for f in factors), default=1)
+            blocks = sum(width * height * (f >> 4) * (f & 15) // max(whole, 1) for f in factors)
     if not complete:
         raise ValueError(f"expected a JPEG with its end, received {len(data)} bytes without one (truncated)")
     # A block's mean has a code of its own in one scan, of one bit at least.
     if scans == 0 or 8 * len(data) < blocks:
-        raise ValueError(
-            f"expected bits for {blocks} blocks, received {len(data)} bytes (truncated or corrupt)"
-        )
-
-
-# Behind a scan's header come coded bytes, in which 0xff stands only before 0 and before restart marks.
-_NEXT_MARKER = re.compile(rb"\xff+[^\x00\xd0-\xd7\xff]")
+        raise ValueError(f"expected bits for {blocks} blocks, received {len(data)} bytes (truncated)")
 
 
 def _jpeg_markers(data: bytes) -> Iterator[tuple[int, int]]:
-    """Markers from the first on, each with the position behind it, up to the end of the first image."""
+    """Markers from the first on, each with the position behind it, up to the end of the first image.
+
+    Behind a scan's header come coded bytes, in which 0xff stands only before 0 and before restart marks.
+    """
+    values = np.frombuffer(data, dtype=np.uint8)
+    found = np.flatnonzero(values[:-1] == 0xFF) + 1
+    follower = values[found]
+    is_marker = (follower != 0) & (follower != 0xFF) & ((follower < 0xD0) | (follower > 0xD7))
+    found = found[is_marker]
     position = 2
-    while match := _NEXT_MARKER.search(data, position):
-        marker, at = data[match.end() - 1], match.end()
+    while (index := int(np.searchsorted(found, position))) < len(found):
+        marker, at = data[found[index]], int(found[index]) + 1
         yield marker, at
         if marker == 0xD9 or at + 2 > len(data):
             return
