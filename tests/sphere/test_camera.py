@@ -179,7 +179,7 @@ def test_view_follows_the_dtype(dtype: torch.dtype) -> None:
 
 
 def test_view_and_recentre_gradients() -> None:
-    panorama = random_map(4, 8, 2).requires_grad_()
+    panorama = random_map(2, 4, 1).requires_grad_()
     assert torch.autograd.gradcheck(lambda p: camera.view(p, 3, 4, 1.0, 0.3, 1.5, 0.1), (panorama,))
     assert torch.autograd.gradcheck(lambda p: camera.view(p, 1, 1, 3.0, supersample=1), (panorama,))
     assert torch.autograd.gradcheck(lambda p: camera.recentre(p, -0.4), (panorama,))
@@ -280,7 +280,7 @@ def test_resample_takes_any_batch(batch: tuple[int, ...]) -> None:
 
 
 def test_resample_gradients() -> None:
-    photo = random_map(5, 6, 2).requires_grad_()
+    photo = random_map(4, 5, 1).requires_grad_()
     assert torch.autograd.gradcheck(lambda p: camera.resample(p, 1.0, 3, 4, 1.1)[0], (photo,))
 
 

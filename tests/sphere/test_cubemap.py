@@ -142,7 +142,7 @@ def test_both_ways_take_any_batch(batch: tuple[int, ...]) -> None:
 
 
 def test_gradients() -> None:
-    panorama = random_map(4, 8, 1).requires_grad_()
+    panorama = random_map(2, 4, 1).requires_grad_()
     assert torch.autograd.gradcheck(lambda p: cubemap.from_equirect(p, 2), (panorama,))
     cube = random_map(6, 2, 2, 1).requires_grad_()
     assert torch.autograd.gradcheck(lambda c: cubemap.to_equirect(c, 3), (cube,))

@@ -28,8 +28,8 @@ class Bands:
     def dense(self) -> Float[Tensor, "outputs inputs"]:
         """The whole matrix, float64."""
         outputs, run = self.weights.shape
-        matrix = torch.zeros(outputs, self.inputs, dtype=torch.float64)
-        return matrix.scatter_(1, self.starts[:, None] + torch.arange(run), self.weights)
+        matrix = torch.zeros(outputs, self.inputs, dtype=torch.float64, device="cpu")
+        return matrix.scatter_(1, self.starts[:, None] + torch.arange(run, device="cpu"), self.weights)
 
 
 def overlap(output_edges: Float[Tensor, " out_edges"], input_edges: Float[Tensor, " in_edges"]) -> Bands:
@@ -44,7 +44,7 @@ def overlap(output_edges: Float[Tensor, " out_edges"], input_edges: Float[Tensor
     last = torch.searchsorted(input_edges, high[:, 0].contiguous()) - 1
     run = min(int((last - first).max()) + 1, inputs)
     starts = first.clamp(0, inputs - run)
-    cells = starts[:, None] + torch.arange(run)
+    cells = starts[:, None] + torch.arange(run, device="cpu")
     covered = torch.minimum(input_edges[cells + 1], high) - torch.maximum(input_edges[cells], low)
     covered = covered.clamp(min=0)
     return Bands(starts, covered / covered.sum(1, keepdim=True), inputs)

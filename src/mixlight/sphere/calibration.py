@@ -13,6 +13,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mixlight.sphere._tables import place
 from mixlight.sphere.equirect import pixel_directions, resize
 
 CARD_COLOURS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
@@ -100,7 +101,7 @@ def calibration_card(
         colour = CARD_RADIANCE * torch.tensor(CARD_COLOURS[name], dtype=torch.float64, device="cpu")
         ink = CARD_RADIANCE if name == "+Z" else 0.0  # black on blue is hard to read
         card[index[inside]] = torch.where(written[:, None], ink, colour)
-    return resize(card.view(fine, 2 * fine, 3), height).to(dtype=dtype, device=device)
+    return place(resize(card.view(fine, 2 * fine, 3), height), dtype, device)
 
 
 def _grid_lines(height: int) -> Tensor:

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor
 
 from mixlight.sphere import _bilinear, _separable, equirect
+from mixlight.sphere._tables import place
 from mixlight.sphere.frames import rotation
 
 FULL_FRAME_DIAGONAL = math.hypot(36.0, 24.0)
@@ -64,7 +65,7 @@ def ray_directions(
     step = _picture(height, width, fov_x)
     rows, columns = _ray_terms(height, width, step, yaw, pitch, roll)
     rays = rows[:, None, :] + columns
-    return torch.nn.functional.normalize(rays, dim=-1).to(dtype=dtype, device=device)
+    return place(torch.nn.functional.normalize(rays, dim=-1), dtype, device)
 
 
 def _ray_terms(
@@ -100,8 +101,9 @@ def view(
         yaw: Radians, positive to the right.
         pitch: Radians, positive upwards.
         roll: Radians, positive clockwise (see `frames.rotation`).
-        supersample: Rays along each side of a pixel. One suffices, at a quarter of the time, where the texels
-            of the panorama are wider than the pixels.
+        supersample: Rays along each side of a pixel. Of 8-bit sRGB's 255 steps, 2 was 0.2 to 0.45 off (rms)
+            and 1, at a quarter of the time, 1 to 2 (three panoramas of 512 rows, 192 x 256 at 60 degrees,
+            against 8).
 
     Returns:
         [..., height, width, C]; differentiable in the panorama.
@@ -144,14 +146,15 @@ def _pinhole_bands(count: int, out_count: int, ratio: float) -> tuple[_separable
     Both axes share their centre. In its outer half the last pixel is constant; an output pixel is inside when
     its centre is.
     """
-    centre = (torch.arange(out_count, dtype=torch.float64) + (0.5 - out_count / 2)) * ratio + count / 2
+    index = torch.arange(out_count, dtype=torch.float64, device="cpu")
+    centre = (index + (0.5 - out_count / 2)) * ratio + count / 2
     inside = (centre >= 0) & (centre <= count)
     # Positions in units of input pixels with the centre of pixel k at k.
     low, high = centre - ratio / 2 - 0.5, centre + ratio / 2 - 0.5
     low, high = low.clamp(-0.5, count - 0.5), high.clamp(-0.5, count - 0.5)
     run = min(count, math.ceil(ratio) + 2)
     starts = low.floor().long().clamp(0, count - run)
-    taps = starts[:, None] + torch.arange(run)
+    taps = starts[:, None] + torch.arange(run, device="cpu")
     position = taps.double()
     area = _hat_integral(high[:, None] - position) - _hat_integral(low[:, None] - position)
     # The half pixels at the rim, where no second neighbour holds the hat up.

@@ -18,6 +18,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from mixlight.sphere import _bilinear, equirect
+from mixlight.sphere._tables import place
 
 FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 """Names of the faces in their order."""
@@ -67,7 +68,7 @@ def pixel_directions(
             [ 0.,  0.,  0.,  0.,  1., -1.]])
     """
     _check_size(size)
-    return functional.normalize(_rays(_centres(size)), dim=-1).to(dtype=dtype, device=device)
+    return place(functional.normalize(_rays(_centres(size)), dim=-1), dtype, device)
 
 
 def _rays(centres: Float[Tensor, " n"]) -> Float[Tensor, "6 n n 3"]:
@@ -103,7 +104,7 @@ def solid_angle(
     edge = torch.arange(size + 1, dtype=torch.float64, device="cpu") * (2 / size) - 1
     s, t = edge[None, :], edge[:, None]
     area = torch.atan2(s * t, (s * s + t * t + 1).sqrt())
-    return area.diff(dim=0).diff(dim=1).to(dtype=dtype, device=device)
+    return place(area.diff(dim=0).diff(dim=1), dtype, device)
 
 
 def from_equirect(

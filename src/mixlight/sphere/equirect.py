@@ -13,6 +13,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mixlight.sphere import _bilinear, _separable
+from mixlight.sphere._tables import place
 
 _ROW_BLOCK = 1 << 24
 """Values read at once by the reductions: bounds temporaries on 16384 x 8192 maps."""
@@ -63,11 +64,11 @@ def pixel_directions(
     height, width = _grid(height, width)
     sine, cosine = _rows(height)
     azimuth = (torch.arange(width, dtype=torch.float64, device="cpu") + 0.5) * (2 * math.pi / width) - math.pi
-    result = torch.empty((height, width, 3), dtype=dtype, device=device)
+    result = torch.empty((height, width, 3), dtype=dtype, device="cpu")
     result[..., 0] = torch.outer(sine, azimuth.sin()).to(dtype)
     result[..., 1] = cosine.to(dtype)[:, None]
     result[..., 2] = torch.outer(sine, -azimuth.cos()).to(dtype)
-    return result
+    return place(result, dtype, device)
 
 
 def row_solid_angle(
@@ -99,7 +100,7 @@ def row_solid_angle(
     height, width = _grid(height, width)
     # cos a - cos b as a product: exact near the poles too, where the cosines would cancel.
     rows = (4 * math.pi / width * math.sin(math.pi / (2 * height))) * _rows(height)[0]
-    return rows.to(dtype=dtype, device=device)
+    return place(rows, dtype, device)
 
 
 def solid_angle(

@@ -8,6 +8,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
+from mixlight.sphere._tables import place
+
 _CHUNK = 1 << 22
 """Dot products held at once."""
 
@@ -48,7 +50,7 @@ def vogel(
     azimuth = i * (math.pi * (3 - math.sqrt(5)))
     radius = (1 - height**2).sqrt()
     points = torch.stack((radius * azimuth.sin(), height, -radius * azimuth.cos()), -1)
-    return points.to(dtype=dtype, device=device)
+    return place(points, dtype, device)
 
 
 def neighbours(points: Float[Tensor, "count 3"], k: int = 6) -> Int[Tensor, "count k"]:
@@ -125,7 +127,7 @@ def anchor_map(
     width = 2 * height if width is None else width
     if height < 1 or width < 1:
         raise ValueError(f"expected a grid of at least 1 x 1, received height {height}, width {width}")
-    return _anchor_map(count, height, width).to(dtype=torch.int64, device=device, copy=True)
+    return place(_anchor_map(count, height, width), torch.int64, device)
 
 
 @lru_cache(maxsize=8)
