@@ -19,8 +19,14 @@ from torch import Tensor
 
 from mixlight.sphere import equirect
 
-_CHUNK_ELEMENTS = 1 << 22
-"""Kernel values that are held at once while a matrix is built (float64: 32 MB a temporary)."""
+_CHUNK_ELEMENTS = 1 << 16
+"""Kernel values that are worked on at once while a matrix is built: they fit into the processor's cache."""
+
+_BLOCK_ELEMENTS = 1 << 20
+"""Matrix entries that are computed at once before they are added up to pixels (float64: 8 MB)."""
+
+_RIM_RADIUS = 0.9
+"""Pixels of a sphere's picture that reach beyond this radius are sampled by angle."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +62,12 @@ VIEW: tuple[float, float, float] = (0.0, 0.0, 1.0)
 class SphereSamples:
     """Surface points under the pixels of a sphere's picture, made by `sphere_normals`."""
 
-    normals: Float[Tensor, "pixels samples 3"]
-    """Outward unit normals; pixels in row order, only those whose centre lies on the disc."""
-    weights: Float[Tensor, "pixels samples"]
-    """Share of each sample in its pixel; sums to 1, and is 0 for samples off the disc."""
+    normals: Float[Tensor, "samples 3"]
+    """Outward unit normals, those of one pixel behind one another."""
+    pixel: Int[Tensor, " samples"]
+    """The pixel of each sample, as its number among the True of `mask`, in row order; ascending."""
+    weight: Float[Tensor, " samples"]
+    """Share of each sample in its pixel; they sum to 1 for each pixel."""
     mask: Bool[Tensor, "resolution resolution"]
     """True where the pixel's centre lies on the disc."""
 
@@ -68,53 +76,104 @@ def sphere_normals(
     resolution: int,
     supersample: int = 1,
     *,
+    rim: tuple[int, int] | None = (10, 4),
     dtype: torch.dtype = torch.float64,
     device: torch.device | str | None = None,
 ) -> SphereSamples:
-    """Unit normals of a sphere as an orthographic camera sees it, `supersample`² per pixel.
+    """Sample the normals of a sphere as an orthographic camera sees it, for the mean over each pixel.
 
-    The disc touches the picture's four edges. Samples lie on a regular grid in the pixel; those off
-    the disc have weight 0 and the normal of the nearest rim point.
+    The disc touches the picture's four edges; a pixel counts as far as it lies on the disc. Inner pixels
+    get a regular grid of `supersample`² samples. Close to the rim the normal turns ever faster (the last 1 %
+    of the radius holds 8° of it) and a light behind the sphere shows as a hair-thin crescent, so pixels
+    that reach beyond .9 of the radius are sampled evenly in the normal's angle and in azimuth instead, and
+    each sample is weighted by its area in the picture.
 
     Convention: the camera stands at +Z and looks along -Z, so the sphere shows its side that faces
     the photographer: the picture's centre has normal +Z, its right edge +X, its top edge +Y.
 
     Args:
         resolution: Width and height of the picture in pixels, at least 1.
-        supersample: Samples per pixel and axis, at least 1.
+        supersample: Samples per inner pixel and axis, at least 1.
+        rim: Samples per rim pixel in angle and azimuth; None samples the rim like the rest, so that
+            `sphere_normals(resolution, rim=None)` gives the normals at the pixels' centres.
         dtype: Floating type of the result; computed in float64.
         device: Device of the result.
 
     Raises:
-        ValueError: If `resolution` or `supersample` is below 1.
+        ValueError: If `resolution` or a number of samples is below 1.
 
-    >>> samples = sphere_normals(32)
+    >>> samples = sphere_normals(32, rim=None)
     >>> samples.normals.shape, samples.mask.sum().item()
-    (torch.Size([812, 1, 3]), 812)
-    >>> [round(x, 3) for x in samples.normals[0, 0].tolist()]  # first pixel of the top row
+    (torch.Size([812, 3]), 812)
+    >>> [round(x, 3) for x in samples.normals[0].tolist()]  # first pixel of the top row
     [-0.219, 0.969, 0.117]
     """
-    if resolution < 1 or supersample < 1:
+    if resolution < 1 or supersample < 1 or (rim is not None and min(rim) < 1):
         raise ValueError(
-            f"expected resolution and supersample of at least 1, got {resolution} and {supersample}"
+            "expected resolution and numbers of samples of at least 1,"
+            f" got {resolution}, {supersample} and {rim}"
         )
-    fine = resolution * supersample
-    position = (2 * torch.arange(fine, dtype=torch.float64) + 1) / fine - 1
-    x = position.expand(fine, fine)
-    y = -position[:, None].expand(fine, fine)
-    radius = torch.hypot(x, y)
-    inside = radius < 1
-    shrink = radius.clamp(min=1)  # brings points off the disc to its rim
-    z = (1 - radius.clamp(max=1) ** 2).sqrt()
-    normals = torch.stack((x / shrink, y / shrink, z), dim=-1)
+    edge = torch.linspace(-1, 1, resolution + 1, dtype=torch.float64)
+    centre = (edge[:-1] + edge[1:]) / 2
+    mask = torch.hypot(centre, centre[:, None]) < 1
+    i, j = mask.nonzero(as_tuple=True)
+    box = torch.stack((edge[j], edge[j + 1], -edge[i + 1], -edge[i]), -1)  # left, right, bottom, top
+    outer = torch.hypot(box[:, :2].abs().amax(1), box[:, 2:].abs().amax(1)) > _RIM_RADIUS
+    on_axis = (box[:, 0] * box[:, 1] < 0) | (box[:, 2] * box[:, 3] < 0)
+    polar = outer & ~on_axis if rim is not None else torch.zeros_like(outer)
 
-    centre = (2 * torch.arange(resolution, dtype=torch.float64) + 1) / resolution - 1
-    mask = torch.hypot(centre[None, :], centre[:, None]) < 1
-    blocks = (resolution, supersample, resolution, supersample)
-    normals = normals.reshape(*blocks, 3).transpose(1, 2).reshape(resolution, resolution, -1, 3)[mask]
-    weights = inside.double().reshape(blocks).transpose(1, 2).reshape(resolution, resolution, -1)[mask]
-    weights = weights / weights.sum(-1, keepdim=True)
-    return SphereSamples(normals.to(device, dtype), weights.to(device, dtype), mask.to(device))
+    parts = [_grid_samples(box[~polar], supersample)]
+    numbers = [(~polar).nonzero()]
+    if rim is not None and bool(polar.any()):
+        parts.append(_rim_samples(box[polar], *rim))
+        numbers.append(polar.nonzero())
+    normals = torch.cat([part[0].flatten(0, 1) for part in parts])
+    weight = torch.cat([part[1].flatten() for part in parts])
+    pixel = torch.cat(
+        [n.expand(-1, part[1].shape[1]).flatten() for n, part in zip(numbers, parts, strict=True)]
+    )
+    kept = weight > 0
+    order = pixel[kept].argsort(stable=True)
+    normals, pixel, weight = (x[kept][order] for x in (normals, pixel, weight))
+    return SphereSamples(
+        normals.to(device, dtype), pixel.to(device), weight.to(device, dtype), mask.to(device)
+    )
+
+
+def _grid_samples(box: Tensor, count: int) -> tuple[Tensor, Tensor]:
+    """Normals [pixels, count², 3] and weights on a regular grid in each box; weight 0 off the disc."""
+    step = (torch.arange(count, dtype=torch.float64) + 0.5) / count
+    x = box[:, 0, None] + step * (box[:, 1] - box[:, 0])[:, None]
+    y = box[:, 2, None] + step * (box[:, 3] - box[:, 2])[:, None]
+    x = x[:, None, :].expand(-1, count, -1).flatten(1)
+    y = y[:, :, None].expand(-1, -1, count).flatten(1)
+    weight = (x.square() + y.square() < 1).double()
+    z = (1 - x.square() - y.square()).clamp(min=0).sqrt()
+    return torch.stack((x, y, z), -1), weight / weight.sum(1, keepdim=True)
+
+
+def _rim_samples(box: Tensor, angles: int, azimuths: int) -> tuple[Tensor, Tensor]:
+    """Normals and weights, even in the normal's angle and azimuth, in boxes that cross no axis."""
+    sign = torch.stack((box[:, 0] + box[:, 1], box[:, 2] + box[:, 3]), -1).sign()
+    (x0, x1), (y0, y1) = (
+        box[:, k : k + 2].abs().sort(dim=1).values[..., None].unbind(1) for k in (0, 2)
+    )  # the box, turned into the first quadrant
+    inner, outer = torch.hypot(x0, y0).asin(), torch.hypot(x1, y1).clamp(max=1).asin()
+    step = (torch.arange(angles, dtype=torch.float64) + 0.5) / angles
+    angle = inner + step * (outer - inner)
+    radius = angle.sin()
+    # The arc of this radius inside the box.
+    begin = torch.maximum((x1 / radius).clamp(max=1).acos(), (y0 / radius).clamp(max=1).asin())
+    end = torch.minimum((x0 / radius).clamp(max=1).acos(), (y1 / radius).clamp(max=1).asin())
+    arc = (end - begin).clamp(min=0)
+    step = (torch.arange(azimuths, dtype=torch.float64) + 0.5) / azimuths
+    azimuth = begin[..., None] + step * arc[..., None]
+    weight = (arc * radius * angle.cos())[..., None].expand_as(azimuth)  # r dr = sin cos of the angle
+    x = sign[:, 0, None, None] * radius[..., None] * azimuth.cos()
+    y = sign[:, 1, None, None] * radius[..., None] * azimuth.sin()
+    normals = torch.stack((x, y, angle.cos()[..., None].expand_as(x)), -1).flatten(1, 2)
+    weight = weight.flatten(1)
+    return normals, weight / weight.sum(1, keepdim=True)
 
 
 def diffuse_kernel(
@@ -125,10 +184,10 @@ def diffuse_kernel(
     k = albedo / pi * max(n.l, 0)
 
     Convention: the foreshortening n.l is part of the kernel: under radiance 1 from everywhere the
-    surface shows exactly `albedo`. Light along the normal: k = .5 / pi = .159.
+    surface shows exactly `albedo`. Albedo .8, light along the normal: k = .8 / pi = .2546.
 
     >>> round(diffuse_kernel(torch.tensor(1.0)).item(), 4)
-    0.1592
+    0.2546
     """
     return cos_light.clamp(min=0) * (albedo / math.pi)
 
@@ -151,13 +210,13 @@ def ggx_kernel(
     which is D G2 / (4 c_l c_v) * c_l with Smith's height-correlated masking and shadowing G2; one
     bounce, and no Fresnel term (`colour` at every angle).
 
-    Convention: n.l is part of the kernel. Light, view and normal in one line, alpha .25: D = 5.093,
-    k = .8 * D / 4 = 1.0186.
+    Convention: n.l is part of the kernel. Light, view and normal in one line, alpha .25, colour .8:
+    D = 1 / (pi alpha²) = 5.093, k = .8 D / 4 = 1.0186.
 
     Source: Heitz, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, 2014.
 
     >>> one = torch.tensor(1.0)
-    >>> round(ggx_kernel(one, one, one).item(), 4)
+    >>> round(ggx_kernel(one, one, one, alpha=0.25, colour=0.8).item(), 4)
     1.0186
     """
     alpha2 = alpha * alpha
@@ -232,7 +291,7 @@ def diffuse_matrix(
 
     >>> matrix = diffuse_matrix(torch.tensor([0.0, 0.0, 1.0]), 16)
     >>> matrix.shape, round(matrix.sum().item(), 3)
-    (torch.Size([512]), 0.5)
+    (torch.Size([512]), 0.8)
     """
     return _matrix(lambda n, light: diffuse_kernel(n @ light.T, albedo), normals, height, width, supersample)
 
@@ -248,12 +307,11 @@ def ggx_matrix(
 ) -> Float[Tensor, "*p texels"]:
     """Transport from a panorama's texels to the radiance of points on rough metal, seen from `view`.
 
-    Built as `diffuse_matrix`, with `ggx_kernel`. Under a panorama of 1 a surface that faces the
-    viewer shows a little less than `colour`, .733 of .8 at alpha .25: what bounces twice between
-    facets is lost.
+    Built as `diffuse_matrix`, with `ggx_kernel`. Under a panorama of 1 a surface shows a little less than
+    `colour`, for what bounces twice between facets is lost: .733 of .8 at alpha .25, seen face on.
 
     >>> up = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)
-    >>> round(ggx_matrix(up, up, 64).sum().item(), 3)
+    >>> round(ggx_matrix(up, up, 64, alpha=0.25, colour=0.8).sum().item(), 3)
     0.733
     """
 
@@ -321,8 +379,8 @@ def sphere_matrix(
         resolution: Pixels along the picture's edge.
         height: Rows of the panorama.
         width: Columns of the panorama; twice the height if not given.
-        pixel_supersample: Samples per pixel and axis. A mirror needs more than the others: its
-            default look-up has no extent, so use 8 or so when a pixel covers many texels.
+        pixel_supersample: Samples per inner pixel and axis. A mirror needs more than the others, 8 or so when
+            a pixel covers many texels: its look-up has no extent of its own.
         texel_supersample: Parts per texel and axis (not used by a mirror).
         interpolation: How a mirror looks the panorama up, see `mirror_matrix`.
         dtype: Floating type of the result; computed in float64.
@@ -330,20 +388,20 @@ def sphere_matrix(
 
     >>> matrix, mask = sphere_matrix(MATERIALS[0], 8, 16)
     >>> matrix.shape, round(matrix.sum(-1).mean().item(), 4)
-    (torch.Size([52, 512]), 0.5)
+    (torch.Size([52, 512]), 0.8)
     """
     width = _map_width(height, width)
     samples = sphere_normals(resolution, pixel_supersample)
     view = torch.tensor(VIEW, dtype=torch.float64)
+    half = (resolution + 1) // 2
     i, j = samples.mask.nonzero(as_tuple=True)
-    canonical = (i < (resolution + 1) // 2) & (j < (resolution + 1) // 2)
-    normals, weights = samples.normals[canonical], samples.weights[canonical]
+    first_quarter = (i < half) & (j < half)
+    chosen = first_quarter[samples.pixel]
+    normals, weight = samples.normals[chosen], samples.weight[chosen]
+    rows = (first_quarter.cumsum(0) - 1)[samples.pixel[chosen]]
 
-    matrix = torch.empty(len(normals), height * width, dtype=torch.float64)
-    texels = height * width * (1 if material.kind == "mirror" else texel_supersample**2)
-    step = max(1, _CHUNK_ELEMENTS // (pixel_supersample**2 * texels))
-    for start in range(0, len(normals), step):
-        part = slice(start, start + step)
+    quarter = torch.zeros(int(first_quarter.sum()), height * width, dtype=torch.float64)
+    for part in torch.split(torch.arange(len(normals)), max(1, _BLOCK_ELEMENTS // (height * width))):
         n = normals[part]
         if material.kind == "diffuse":
             values = diffuse_matrix(n, height, width, material.reflectance, texel_supersample)
@@ -353,21 +411,21 @@ def sphere_matrix(
             )
         else:
             values = mirror_matrix(n, view, height, width, material.reflectance, interpolation)
-        matrix[part] = torch.einsum("ps,pst->pt", weights[part], values)
+        quarter.index_add_(0, rows[part], values * weight[part, None])
 
-    # Row of the mirrored pixel among the computed ones, and the panorama mirrored the same way.
-    row_of = torch.full((resolution, resolution), -1)
-    row_of[i[canonical], j[canonical]] = torch.arange(len(normals))
-    flip_i, flip_j = i >= (resolution + 1) // 2, j >= (resolution + 1) // 2
-    rows = row_of[torch.where(flip_i, resolution - 1 - i, i), torch.where(flip_j, resolution - 1 - j, j)]
-    table = matrix.to(dtype).reshape(-1, height, width)
-    full = torch.empty(len(rows), height, width, dtype=dtype)
-    for vertical in (False, True):
-        for horizontal in (False, True):
-            chosen = (flip_i == vertical) & (flip_j == horizontal)
-            axes = [axis for axis, on in ((1, vertical), (2, horizontal)) if on]
-            full[chosen] = (table.flip(axes) if axes else table)[rows[chosen]]
-    return full.reshape(len(rows), -1).to(device), samples.mask.to(device)
+    # A pixel elsewhere sees what its mirror image in the first quarter sees in the mirrored panorama.
+    number = torch.empty(half, half, dtype=torch.int64)
+    number[i[first_quarter], j[first_quarter]] = torch.arange(len(quarter))
+    table = quarter.to(dtype).reshape(-1, height, width)
+    matrix = torch.empty(len(i), height, width, dtype=dtype)
+    for below in (False, True):
+        for right in (False, True):
+            here = ((i >= half) == below) & ((j >= half) == right)
+            row = resolution - 1 - i[here] if below else i[here]
+            column = resolution - 1 - j[here] if right else j[here]
+            axes = [axis for axis, flipped in ((1, below), (2, right)) if flipped]
+            matrix[here] = (table.flip(axes) if axes else table)[number[row, column]]
+    return matrix.reshape(len(i), -1).to(device), samples.mask.to(device)
 
 
 def _map_width(height: int, width: int | None) -> int:

@@ -28,7 +28,7 @@ class SphereLoss(nn.Module):
 
     Convention: frame, camera and materials of `mixlight.light.transport`; order of the spheres:
     diffuse, matte, mirror. Truth 1 everywhere against prediction .9 everywhere: the diffuse sphere
-    shows .5 against .45, RMSE .05 and si-RMSE 0.
+    shows .8 against .72, RMSE .08 and si-RMSE 0.
     """
 
     factor: Tensor

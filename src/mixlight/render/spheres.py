@@ -1,0 +1,162 @@
+"""Pictures of the three test spheres, one at a time, under an environment map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor, nn
+from torch.nn import functional
+
+from mixlight.light.transport import MATERIALS, VIEW, Material, mirror_taps, reflect, sphere_normals
+from mixlight.render.rings import RingTransport, bag_offsets
+from mixlight.sphere import equirect
+
+_SAMPLES_ACROSS = 256
+"""Samples across the disc for diffuse and GGX spheres, whose pictures are smooth."""
+
+_MIRROR_SAMPLES_ACROSS = 512
+"""Samples across the disc for mirrors: two for each texel of a map of 128x256."""
+
+
+class SphereRenderer(nn.Module):
+    """Renders spheres under environment maps: exact light transport as a linear, differentiable operator.
+
+    One sphere in space, seen by an orthographic camera, lit by the map alone; no ground, no exposure, no tone
+    curve. A renderer is built once (about a third of a second) and used for any number of maps.
+
+    Convention: the sphere stands where the photo was taken, and the camera looks along -Z like the photo's:
+    the picture's right is +X, its top +Y, and its centre faces +Z, so the mirror's centre shows what is
+    behind the photographer, just as an object put into the photo would. Under radiance 1 from everywhere
+    the diffuse sphere and the mirror show .8.
+
+    >>> renderer = SphereRenderer(resolution=32)
+    >>> pictures = renderer.render(torch.ones(64, 128, 3))
+    >>> pictures.shape, [round(x.item(), 3) for x in pictures[:, 16, 16, 0]]
+    (torch.Size([3, 32, 32, 3]), [0.8, 0.789, 0.8])
+    """
+
+    mask: Tensor
+    """[resolution, resolution] bool: True where the pixel's centre lies on the sphere."""
+    mirror_index: Tensor
+    mirror_weight: Tensor
+    mirror_offsets: Tensor
+    """Bags of texels that each pixel of a mirror shows; colour not included."""
+
+    def __init__(
+        self, resolution: int = 128, height: int = 128, materials: Sequence[Material] = MATERIALS
+    ) -> None:
+        """Build the tables.
+
+        Args:
+            resolution: Width and height of the pictures in pixels.
+            height: Rows of the map that is rendered; maps of another size are resized with their energy kept.
+                Protocol M renders at 128x256.
+            materials: What the spheres are made of; the three of protocol M if not given.
+
+        Raises:
+            ValueError: If a size is below 1, or a GGX alpha is too small for the method (use a mirror).
+        """
+        super().__init__()
+        if height < 1:
+            raise ValueError(f"expected a map of at least one row, got {height}")
+        self.resolution = resolution
+        self.height = height
+        self.materials = tuple(materials)
+        samples = sphere_normals(resolution, _per_pixel(_SAMPLES_ACROSS, resolution))
+        self.register_buffer("mask", samples.mask, persistent=False)
+        glossy = [material for material in self.materials if material.kind != "mirror"]
+        self.rings = RingTransport(glossy, samples, height) if glossy else None
+        if len(glossy) < len(self.materials):
+            samples = sphere_normals(resolution, _per_pixel(_MIRROR_SAMPLES_ACROSS, resolution))
+            seen = reflect(samples.normals, samples.normals.new_tensor(VIEW))
+            index, weight = mirror_taps(seen, height)
+            weight = weight * samples.weight[:, None]
+            self.register_buffer("mirror_index", index.flatten(), persistent=False)
+            self.register_buffer("mirror_weight", weight.flatten().float(), persistent=False)
+            self.register_buffer("mirror_offsets", bag_offsets(samples), persistent=False)
+
+    def render(
+        self, environment: Float[Tensor, "*batch height width channels"]
+    ) -> Float[Tensor, "*batch spheres resolution resolution channels"]:
+        """Pictures of all spheres in linear radiance, in the map's units; 0 outside `mask`.
+
+        Raises:
+            ValueError: If the map is not 2:1.
+        """
+        if environment.ndim < 3 or environment.shape[-2] != 2 * environment.shape[-3]:
+            raise ValueError(
+                f"expected an environment of shape [..., H, 2 H, channels], got {tuple(environment.shape)}"
+            )
+        batch, channels = environment.shape[:-3], environment.shape[-1]
+        precise = environment.to(torch.promote_types(environment.dtype, torch.float32))
+        if environment.shape[-3] != self.height:
+            precise = equirect.resize(precise, self.height)
+        # Batch and channels side by side: every table is walked once for all of them.
+        texels = precise.reshape(-1, 2 * self.height**2, channels).transpose(0, 1).flatten(1)
+        with torch.autocast(environment.device.type, enabled=False):
+            pixels = self._pixels(texels)
+        pictures = texels.new_zeros(len(self.materials), self.resolution, self.resolution, texels.shape[1])
+        pictures[:, self.mask] = pixels
+        pictures = pictures.reshape(*pictures.shape[:3], -1, channels).movedim(3, 0)
+        return pictures.reshape(*batch, *pictures.shape[1:]).to(environment.dtype)
+
+    def forward(
+        self, environment: Float[Tensor, "*batch height width channels"]
+    ) -> Float[Tensor, "*batch spheres resolution resolution channels"]:
+        """Same as `render`."""
+        return self.render(environment)
+
+    def _pixels(self, texels: Tensor) -> Tensor:
+        """[texels, columns] -> [spheres, pixels, columns]."""
+        glossy = iter(self.rings(texels)) if self.rings is not None else iter(())
+        mirror: Tensor | None = None
+        pixels = []
+        for material in self.materials:
+            if material.kind != "mirror":
+                pixels.append(next(glossy))
+                continue
+            if mirror is None:
+                mirror = functional.embedding_bag(
+                    self.mirror_index,
+                    texels,
+                    self.mirror_offsets,
+                    mode="sum",
+                    per_sample_weights=self.mirror_weight.to(texels.dtype),
+                )
+            pixels.append(mirror * material.reflectance)
+        return torch.stack(pixels)
+
+
+def render_spheres(
+    environment: Float[Tensor, "*batch height width channels"], resolution: int = 128
+) -> tuple[Float[Tensor, "*batch 3 resolution resolution channels"], Bool[Tensor, "resolution resolution"]]:
+    """Render the diffuse, matte and mirror sphere of protocol M under an environment map.
+
+    For many maps build a `SphereRenderer` once.
+
+    Args:
+        environment: Linear radiance, our frame, any 2:1 size.
+        resolution: Width and height of the pictures in pixels.
+
+    Returns:
+        Linear pictures in the map's units, and the mask of the sphere's pixels.
+
+    Convention: as `SphereRenderer`.
+
+    Raises:
+        ValueError: If the map is not 2:1.
+
+    >>> pictures, mask = render_spheres(torch.ones(64, 128, 3), resolution=16)
+    >>> round(pictures[0][mask].mean().item(), 3), round(pictures[2][mask].mean().item(), 3)
+    (0.8, 0.8)
+    """
+    renderer = SphereRenderer(resolution).to(environment.device)
+    return renderer.render(environment), renderer.mask
+
+
+def _per_pixel(across: int, resolution: int) -> int:
+    """Samples a pixel and axis: at least two, for the rim."""
+    return max(2, math.ceil(across / max(resolution, 1)))
