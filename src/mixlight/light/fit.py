@@ -197,9 +197,12 @@ def _split(bands: Bands, limit: float, degree: int, anchors: int) -> tuple[Tenso
     energy = torch.zeros(anchors, 3, dtype=torch.float64, device=device)
     sums = []
     for start, rows, level in bands:
-        source = level >= limit
-        sums.append(harmonics.row_sums(rows * ~source[..., None], degree))
-        place = source.reshape(-1).nonzero()[:, 0]
-        value = rows.reshape(-1, 3)[place].double() * weight[start + place // width, None]
-        energy.index_add_(0, anchor_of(place + start * width), value)
+        place = (level >= limit).reshape(-1).nonzero()[:, 0]
+        ambient = rows
+        if len(place):
+            texels = rows.reshape(-1, 3)
+            value = texels[place].double() * weight[start + place // width, None]
+            energy.index_add_(0, anchor_of(place + start * width), value)
+            ambient = texels.index_fill(0, place, 0).reshape(rows.shape)
+        sums.append(harmonics.row_sums(ambient, degree))
     return energy, harmonics.project_rows(torch.cat(sums, -3).double(), degree)

@@ -46,9 +46,9 @@ def luminance(rgb: Float[Tensor, "*batch 3"]) -> Float[Tensor, "*batch"]:
     """
     if rgb.shape[-1] != 3:
         raise ValueError(f"rgb: expected a last axis of 3, received shape {tuple(rgb.shape)}")
-    # One plain operation after the other, never a matrix product: a texel's last bit must not depend on
-    # its neighbours.
-    return rgb[..., 0] * REC709[0] + rgb[..., 1] * REC709[1] + rgb[..., 2] * REC709[2]
+    # Not as a matrix product, whose last bit for a texel depends on how many others there are.
+    red, green, blue = rgb.unbind(-1)
+    return (red * REC709[0]).add_(green, alpha=REC709[1]).add_(blue, alpha=REC709[2])
 
 
 def threshold(
@@ -227,7 +227,7 @@ def _crossing(histogram: Tensor, target: float) -> tuple[int, float]:
 
 def _level(rgb: Tensor) -> Tensor:
     """Luminance in float32, with the bit pattern of a positive zero for a negative one."""
-    return luminance(rgb.to(torch.promote_types(rgb.dtype, torch.float32))).float() + 0.0
+    return luminance(rgb.to(torch.promote_types(rgb.dtype, torch.float32))).float().add_(0.0)
 
 
 def _above(value: float, lowest: float) -> float:
