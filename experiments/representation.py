@@ -227,7 +227,7 @@ def variants_of(
         facts[f"{name}: active anchors"] = len(lighting.active)
         facts[f"{name}: lights"] = len(merge(lighting))
         signed = bench.signed_ambient(lighting)
-        facts[f"{name}: energy added by clamping"] = -bench.integral(signed.clamp(max=0)) / whole
+        facts[f"{name}: energy added by clamping"] = bench.integral((-signed).clamp(min=0)) / whole
         if fraction == 0.05:
             one = Lighting(found[name].ambient, found[name].lobe_energy()).pruned()
             maps[f"{name}, one colour"] = bench.environment(one)
@@ -366,22 +366,26 @@ def sparse(true: Tensor) -> dict[str, Any]:
     loss = SphericalSinkhorn(axes)
     generator = torch.Generator().manual_seed(0)
     result: dict[str, Any] = {
-        "input": "true P of top_fraction 0.05 plus normal noise of standard deviation sigma, seed 0",
+        "input": "true P of top_fraction 0.05, as it is or averaged with its six neighbours, plus normal "
+        "noise of standard deviation sigma, seed 0",
         "active anchors of the true P": distribution_of((true > 1e-4).sum(-1).tolist()),
     }
-    for sigma in NOISE:
-        noisy = true + sigma * torch.randn(true.shape, generator=generator)
-        rows = {}
-        for mode in MODES:
-            out = slsparsemax(noisy, neighbours, mode)
-            total = out.clamp(min=0).sum(-1)
-            rows[mode] = {
-                "sum": distribution_of(total.tolist()),
-                "active anchors": distribution_of((out > 1e-4 * total[:, None]).sum(-1).tolist()),
-                "squared error": distribution_of((out - true).square().sum(-1).tolist()),
-                "transport": distribution_of(loss(out, true).tolist()),
-            }
-        result[f"sigma {sigma:g}"] = rows
+    # A regression blurs as well: each share is also averaged with those of the six neighbours.
+    blurred = (true + true[:, neighbours].sum(-1)) / (1 + neighbours.shape[1])
+    for name, mean in (("", true), (", blurred", blurred / blurred.sum(-1, keepdim=True))):
+        for sigma in NOISE:
+            noisy = mean + sigma * torch.randn(true.shape, generator=generator)
+            rows = {}
+            for mode in MODES:
+                out = slsparsemax(noisy, neighbours, mode)
+                total = out.clamp(min=0).sum(-1)
+                rows[mode] = {
+                    "sum": distribution_of(total.tolist()),
+                    "active anchors": distribution_of((out > 1e-4 * total[:, None]).sum(-1).tolist()),
+                    "squared error": distribution_of((out - true).square().sum(-1).tolist()),
+                    "transport": distribution_of(loss(out, true).tolist()),
+                }
+            result[f"sigma {sigma:g}{name}"] = rows
     logits = torch.randn(1000, ANCHORS, generator=generator)
     result["sum of the literal mode on standard normal scores"] = distribution_of(
         slsparsemax(logits, neighbours, "literal").sum(-1).tolist()
@@ -442,7 +446,7 @@ def provenance() -> dict[str, Any]:
     def git(*words: str) -> str:
         return subprocess.run(
             ["git", "-C", here, *words], check=True, capture_output=True, text=True
-        ).stdout.strip()
+        ).stdout.rstrip()
 
     changed = git("status", "--porcelain", "--", "src/mixlight", "experiments/representation.py")
     model = next(

@@ -191,11 +191,20 @@ def test_the_readmes_commands_print_what_it_shows(
             assert printed == expected
 
 
-def test_no_block_is_left_to_be_filled_in() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"<!-- (\w+) -->\n(.*?)<!-- /\1 -->", text, flags=re.DOTALL)
-    assert [name for name, _ in blocks] == ["accuracy"]
+@page
+def test_no_block_is_left_to_be_filled_in(page: Path) -> None:
+    blocks = re.findall(
+        r"<!-- table ([\w-]+) -->\n(.*?)<!-- /table -->", page.read_text(encoding="utf-8"), re.DOTALL
+    )
     assert not [name for name, body in blocks if not body.strip()]
+
+
+@page
+def test_measured_tables_are_those_of_the_results(page: Path) -> None:
+    from experiments import tables
+
+    text = page.read_text(encoding="utf-8")
+    assert tables.filled(text) == text, "run `python experiments/tables.py`"
 
 
 @page

@@ -1,0 +1,293 @@
+"""Writes the measured tables of the documentation, so that no number in them is typed by hand.
+
+    python experiments/tables.py
+
+Fills each block between `<!-- table NAME -->` and `<!-- /table -->` of README.md and docs/*.md from the JSON files of
+experiments/results. A block whose file is not there yet is left empty.
+`tests/test_docs.py` fails when a block is not what this would write.
+"""
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = Path(__file__).resolve().parent / "results"
+SPHERES = ("diffuse", "matte", "mirror")
+CELLS = tuple(f"{sphere}_{kind}" for kind in ("rmse", "si_rmse") for sphere in SPHERES)
+CELL_NAMES = tuple(f"{sphere} {kind}" for kind in ("RMSE", "si-RMSE") for sphere in SPHERES)
+BLOCK = re.compile(r"(<!-- table ([\w-]+) -->\n).*?(<!-- /table -->)", re.DOTALL)
+
+Json = Mapping[str, Any]
+
+
+def filled(text: str) -> str:
+    """The text with every block made anew."""
+    return BLOCK.sub(lambda match: match[1] + TABLES[match[2]]() + match[3], text)
+
+
+def main() -> None:
+    """Rewrite the blocks of all pages."""
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+        text = page.read_text(encoding="utf-8")
+        if BLOCK.search(text):
+            page.write_text(filled(text), encoding="utf-8")
+            print(page.relative_to(ROOT))
+
+
+def _representation() -> Json:
+    found: Json = json.loads((RESULTS / "representation.json").read_text(encoding="utf-8"))
+    return found
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    names = list(head)
+    lines = ["| " + " | ".join(row) + " |" for row in (names, ["---"] * len(names), *rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float) -> str:
+    """Three significant digits; an exponent only where nobody would count the zeros."""
+    if value == 0:
+        return "0"
+    return _plain(value, 3) if abs(value) >= 1e-4 else f"{value:.2g}"
+
+
+def _percent(value: float) -> str:
+    """One decimal, or two significant digits below 1 %."""
+    if not value:
+        return "0 %"
+    return f"{100 * value:.1f} %" if abs(value) >= 0.01 else f"{_plain(100 * value, 2)} %"
+
+
+def _plain(value: float, digits: int) -> str:
+    """That many significant digits, without an exponent."""
+    return f"{value:.{max(0, digits - 1 - math.floor(math.log10(abs(value))))}f}"
+
+
+def _medians(spheres: Json) -> list[str]:
+    return [f"{spheres[cell]['median']:.3f}" for cell in CELLS]
+
+
+def _ratios(cells: Json) -> list[str]:
+    """Ratio of errors with its interval; in bold where it is not 1.00 and the interval leaves out 1."""
+    entries = []
+    for cell in CELLS:
+        low, high = cells[cell]["interval_95"]
+        text = f"{cells[cell]['ratio']:.2f} ({low:.2f}–{high:.2f})"
+        sure = (high < 1 or low > 1) and abs(cells[cell]["ratio"] - 1) >= 0.005
+        entries.append(f"**{text}**" if sure else text)
+    return entries
+
+
+def basis() -> str:
+    """What was measured on what."""
+    found = _representation()
+    count, made = found["panoramas"], found["provenance"]
+    by_split = ", ".join(f"{len(scenes)} {split}" for split, scenes in count["scenes"].items())
+    return (
+        f"N = {count['views']} views of {count['count']} panoramas ({by_split}); "
+        f"commit `{made['commit'][:10]}`; {made['machine']}; "
+        f"Python {made['python']}, torch {made['torch']}.\n"
+    )
+
+
+def separation() -> str:
+    """Share, anchors and lights of each rule."""
+    rows = []
+    for name, entry in _representation()["separation"].items():
+        if "spheres" in entry:
+            rows.append(
+                [
+                    f"`{name.split()[0]}` {float(name.split()[1]):.0%}".replace("%", " %"),
+                    _spread(entry["share of the sphere"], _percent),
+                    _percent(entry["share of the energy"]["median"]),
+                    f"{entry['active anchors']['median']:.0f}",
+                    f"{entry['lights']['median']:.0f}",
+                    *_medians(entry["spheres"]),
+                ]
+            )
+    return _table(("rule", "of the sphere", "of the energy", "anchors", "lights", *CELL_NAMES), rows)
+
+
+def decision() -> str:
+    """The two rules against each other, on the same views."""
+    found = _representation()["separation"]
+    key = "error ratio of top_fraction 0.05 to max_fraction 0.05"
+    rows = [
+        ["a colour for each anchor (`mixlight fit`)", *_ratios(found[key])],
+        ["one colour for all (as the network predicts)", *_ratios(found["one colour"][key])],
+    ]
+    return _table(("error of `top_fraction` / error of `max_fraction`", *CELL_NAMES), rows)
+
+
+def ratios() -> str:
+    """What each simplification does to the spheres."""
+    found = _representation()
+    rows = [
+        [
+            "ambient light summed without solid angle",
+            found["projection"]["error ratio, ambient without to with"],
+        ],
+        ["nothing weighted by solid angle", found["projection"]["error ratio, nothing with to all with"]],
+        ["one colour for all anchors", found["colour"]["error ratio of one colour to per anchor"]],
+        ["negative ambient lobes clamped", found["clamping"]["error ratio, clamped to negative kept"]],
+        ["... and the rest dimmed to keep the energy", found["clamping"]["error ratio, rescaled to clamped"]],
+    ]
+    return _table(
+        ("change", *CELL_NAMES),
+        [[str(name), *_ratios(cells)] for name, cells in rows if isinstance(cells, dict)],
+    )
+
+
+def degree() -> str:
+    """Ambient light of other degrees."""
+    found = _representation()["ambient degree"]
+    names = {
+        "degree 1": "degree 1 (4 coefficients)",
+        "degree 2": "**degree 2 (9)**",
+        "degree 3": "degree 3 (16)",
+        "degree 4": "degree 4 (25)",
+        "degree 2 without any source": "degree 2 and no sources at all",
+    }
+    return _table(
+        ("ambient light", *CELL_NAMES),
+        [[shown, *_medians(found[f"spheres, {key}"])] for key, shown in names.items()],
+    )
+
+
+def sparse() -> str:
+    """The sparse layer's modes on noisy distributions."""
+    found = _representation()["sparse layer"]
+    rows = []
+    for sigma in (key for key in found if key.startswith("sigma")):
+        for mode, entry in found[sigma].items():
+            rows.append(
+                [
+                    sigma.removeprefix("sigma "),
+                    f"`{mode}`",
+                    f"{entry['sum']['mean']:.3f} ({entry['sum']['max']:.3f})",
+                    f"{entry['active anchors']['median']:.0f}",
+                    _number(entry["squared error"]["mean"]),
+                    _number(entry["transport"]["mean"]),
+                ]
+            )
+    head = ("noise σ", "mode", "sum: mean (largest)", "active anchors", "squared error", "transport (rad)")
+    return _table(head, rows)
+
+
+def transport() -> str:
+    """A unit light on a wrong anchor."""
+    found = _representation()["transport"]
+    sinkhorn, released = found["Sinkhorn divergence (radians)"], found["EMLight as released"]
+    rows = [
+        [name, _number(entry["next"]["median"]), _number(entry["antipode"]["median"])]
+        for name, entry in (("EMLight's loss as released", released), ("Sinkhorn divergence", sinkhorn))
+    ]
+    return _table(("all light moved", "to the next anchor", "to the antipode"), rows)
+
+
+def facts() -> str:
+    """Single numbers: what a simplification does before any sphere is rendered."""
+    found = _representation()
+    projection, normaliser, clamping = found["projection"], found["normaliser"], found["clamping"]
+    plain = projection["Gram matrix, 4 pi / (w h), one pole for both"]
+    intensity, sparse_layer, exposed = found["intensity"], found["sparse layer"], found["exposure"]
+    fitted = found["separation"]["top_fraction 0.05"]
+    rows = [
+        (
+            "Gram matrix under 4π/(wh) Σ (the harmonics' pole at the panorama's), diagonal",
+            f"{_number(plain['smallest on the diagonal'])} to {_number(plain['largest on the diagonal'])}",
+        ),
+        ("the same, largest off the diagonal", _number(plain["largest off the diagonal"])),
+        (
+            "source energy under the plain sum, over the true one",
+            _spread(projection["source energy without over with solid angle"]),
+        ),
+        ("q with e^(−2s) over q with e^(−2/s), s = 0.0025", f"{normaliser['factor']:.1f}"),
+        (
+            "integral of one lobe of v = 1 on 128×256, not rescaled",
+            f"{normaliser['integral of a lobe on 128x256 with q']:.5f}",
+        ),
+        (
+            "energy of the fit against that of the panorama, largest error",
+            _percent(fitted["energy error of the fit"]["max"]),
+        ),
+        ("E from its 5 % to its 95 % quantile, decades", _number(intensity["decades of E from p5 to p95"])),
+        ("E² likewise, decades", _number(intensity["decades of E squared from p5 to p95"])),
+        ("length of R = T/E²", _spread(intensity["length of R = T / E squared"])),
+        (
+            "energy in the wrong colour with one colour for all anchors",
+            _spread(found["colour"]["misplaced"], _percent),
+        ),
+        (
+            "sphere where the ambient expansion is negative in a channel",
+            _spread(clamping["share of the sphere"], _percent),
+        ),
+        ("energy that clamping adds", _spread(clamping["energy added"], _percent)),
+        (
+            "sum of `literal` on standard normal scores",
+            _spread(sparse_layer["sum of the literal mode on standard normal scores"]),
+        ),
+        (
+            "largest change that `masked` makes after a softmax",
+            f"{sparse_layer['largest change after a softmax']:.1g}",
+        ),
+        (
+            "light target over truth when the gain is taken after the curve x^(1/2.4)",
+            _spread(exposed["target over truth"]),
+        ),
+        (
+            "the same, largest over smallest among the views of one panorama",
+            _spread(exposed["largest over smallest among the views of one panorama"]),
+        ),
+    ]
+    return _table(("what", "measured: median (5 % to 95 % quantile), or the value"), rows)
+
+
+def _spread(entry: Json, form: Callable[[float], str] = _number) -> str:
+    return f"{form(entry['median'])} ({form(entry['p5'])} to {form(entry['p95'])})"
+
+
+def accuracy() -> str:
+    """Protocol M on test photos: the model in the box, the floors and the ceiling."""
+    path = RESULTS / "first_light.json"
+    if not path.is_file():
+        return ""
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    rows, poses = [], []
+    for name, entry in found["methods"].items():
+        cells = [f"{entry[cell]['median']:.3f} ({entry[cell]['mean']:.3f})" for cell in CELLS]
+        rows.append([f"**{name}**" if "camera" in entry else name, *cells])
+        if "camera" in entry:
+            pose = entry["camera"]
+            poses.append(
+                f"{name}: median error of the camera's pitch {pose['pitch_error_deg']:.1f}°, "
+                f"of its roll {pose['roll_error_deg']:.1f}°.\n"
+            )
+    about = (
+        f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of {found['panoramas']} "
+        f"panoramas ({', '.join(found['categories'])}) that were neither trained on nor chosen by. "
+        "Errors of three spheres, linear, in the photo's exposure: median (mean).\n"
+    )
+    return "\n".join([about, _table(("light", *CELL_NAMES), rows), *poses])
+
+
+TABLES: Mapping[str, Callable[[], str]] = {
+    "accuracy": accuracy,
+    "basis": basis,
+    "facts": facts,
+    "separation": separation,
+    "decision": decision,
+    "ratios": ratios,
+    "degree": degree,
+    "sparse": sparse,
+    "transport": transport,
+}
+
+
+if __name__ == "__main__":
+    main()
