@@ -310,6 +310,16 @@ def test_recentre_forward_brings_what_is_ahead_nearer() -> None:
     assert equirect.integrate(ahead) > 2 * equirect.integrate(panorama) > 4 * equirect.integrate(away)
 
 
+@pytest.mark.parametrize("nadir", [-0.3, -0.5, -1.1])
+@pytest.mark.parametrize("place", [(32, 0), (30, 3), (36, 125)])
+def test_recentre_keeps_small_lamps_behind(nadir: float, place: tuple[int, int]) -> None:
+    """Seen from farther away by 1 + |o| a lamp has 1 / (1 + |o|)^2 of its solid angle, and of its energy."""
+    panorama = torch.zeros(64, 128, 1, dtype=torch.float64)
+    panorama[place] = 1.0
+    expected = equirect.integrate(panorama).item() / (1 - math.sin(nadir)) ** 2
+    assert equirect.integrate(camera.recentre(panorama, nadir)).item() == pytest.approx(expected, rel=0.3)
+
+
 # -------------------------------------------------------------------------------------------------- bad input
 
 

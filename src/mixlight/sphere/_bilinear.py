@@ -22,6 +22,12 @@ CHUNK_GRAPH = 1 << 22
 """Rays looked up at once where each chunk costs a gradient of the whole map, or a launch on a GPU."""
 
 
+def planes(directions: Float[Tensor, "*n 3"]) -> Planes:
+    """Split directions into contiguous planes."""
+    x, y, z = directions.unbind(-1)
+    return x.contiguous(), y.contiguous(), z.contiguous()
+
+
 def polar(
     x: Float[Tensor, "*n"], y: Float[Tensor, "*n"], z: Float[Tensor, "*n"]
 ) -> tuple[Float[Tensor, "*n"], Float[Tensor, "*n"]]:
@@ -101,8 +107,7 @@ def render(
     supersample: int,
     rays: Callable[[int, int], Planes],
 ) -> Float[Tensor, "*batch out_height out_width channels"]:
-    """Picture whose every pixel is the mean of supersample^2 look-ups; the same rays in every map of the
-    batch.
+    """Picture whose every pixel is the mean of supersample^2 look-ups, the same in every map of the batch.
 
     `rays(start, stop)` gives the planes, [stop - start, supersample * out_width], of those rows of the
     supersampled picture; a block of rows is done at a time.

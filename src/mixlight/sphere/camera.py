@@ -13,6 +13,7 @@ from torch import Tensor
 from mixlight.sphere import _bilinear, _separable, equirect
 from mixlight.sphere._tables import place
 from mixlight.sphere.frames import rotation
+from mixlight.sphere.grid import polar_rows
 
 FULL_FRAME_DIAGONAL = math.hypot(36.0, 24.0)
 """Diagonal of the 36 x 24 mm frame that "35 mm equivalent" focal lengths refer to, in millimetres."""
@@ -267,8 +268,8 @@ def recentre(
 ) -> Float[Tensor, "*batch height width channels"]:
     """Return the panorama as seen from a point moved along Z, as if all light came from the unit sphere.
 
-    With o = sin(nadir_angle), direction (x, y, z) of the result looks the panorama up along (x t, y t, z t +
-    o), t = -z o + sqrt(o^2 (z^2 - 1) + 1): where the ray from (0, 0, o) meets the sphere.
+    With o = sin(nadir_angle), direction (x, y, z) of the result looks the panorama up along
+    (x t, y t, z t + o), t = -z o + sqrt(o^2 (z^2 - 1) + 1): where the ray from (0, 0, o) meets the sphere.
 
     Args:
         panorama: [..., H, W, C], W even.
@@ -294,8 +295,16 @@ def recentre(
         raise ValueError(f"expected a nadir angle in (-pi/2, pi/2) radians, received {nadir_angle}")
     height, width = panorama.shape[-3:-1]
     offset = math.sin(nadir_angle)
+    # What lies behind shrinks to 1 / (1 + |o|) of its size: two rays a side miss no lamp.
+    supersample = 2 if abs(offset) > 0.5 else 1
     dtype = torch.promote_types(panorama.dtype, torch.float32)
-    x, y, z = equirect.pixel_directions(height, width, dtype=dtype, device=panorama.device).unbind(-1)
-    distance = (offset**2 * (z * z - 1) + 1).sqrt() - z * offset
-    x, y, z = x * distance, y * distance, z * distance + offset
-    return _bilinear.render(panorama, height, width, 1, lambda a, b: (x[a:b], y[a:b], z[a:b]))
+    around = equirect.pixel_directions(1, supersample * width, dtype=dtype, device=panorama.device)[0]
+    sine, cosine = (table.to(panorama.device, dtype)[:, None] for table in polar_rows(supersample * height))
+
+    def rays(start: int, stop: int) -> _bilinear.Planes:
+        z = sine[start:stop] * around[:, 2]
+        distance = (offset**2 * (z * z - 1) + 1).sqrt() - z * offset
+        x, y = sine[start:stop] * around[:, 0] * distance, cosine[start:stop] * distance
+        return x, y, z * distance + offset
+
+    return _bilinear.render(panorama, height, width, supersample, rays)

@@ -1,186 +1,27 @@
-"""The equirectangular panorama: pixel and direction, solid angle, sampling, rotation, resizing by energy.
+"""The equirectangular panorama: sampling, rotation, resizing by energy, integrals.
 
-A panorama is [..., H, W, C], W = 2H, row 0 at the top (+Y), seen from the inside, its centre at -Z:
-u = 1/2 + atan2(x, -z) / 2 pi, v = acos(y) / pi,
-and the centre of pixel (i, j) is at u = (j + 1/2) / W, v = (i + 1/2) / H (`docs/conventions.md`).
+A panorama is [..., H, W, C], W = 2 H, row 0 at the top (+Y), seen from the inside, its centre at -Z (see
+`grid`, whose functions are here too, as are those of `resizing`).
 """
 
 import math
-from functools import lru_cache
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.sphere import _bilinear, _separable
-from mixlight.sphere._tables import place
+from mixlight.sphere import _bilinear
+from mixlight.sphere.grid import directions_to_uv as directions_to_uv
+from mixlight.sphere.grid import pixel_directions as pixel_directions
+from mixlight.sphere.grid import polar_rows
+from mixlight.sphere.grid import row_solid_angle as row_solid_angle
+from mixlight.sphere.grid import solid_angle as solid_angle
+from mixlight.sphere.grid import uv_to_directions as uv_to_directions
+from mixlight.sphere.resizing import prefilter as prefilter
+from mixlight.sphere.resizing import resize as resize
 
 _ROW_BLOCK = 1 << 24
 """Values read at once by the reductions: bounds temporaries on 16384 x 8192 maps."""
-
-
-def _grid(height: int, width: int | None) -> tuple[int, int]:
-    width = 2 * height if width is None else width
-    if height < 1 or width < 1:
-        raise ValueError(f"expected a grid of at least 1 x 1, received height {height}, width {width}")
-    return height, width
-
-
-@lru_cache(maxsize=16)
-def _rows(height: int) -> tuple[Tensor, Tensor]:
-    """Sine and cosine of the polar angle of each row's centre, float64 on the CPU (read only)."""
-    with torch.inference_mode(False):
-        angle = (torch.arange(height, dtype=torch.float64, device="cpu") + 0.5) * (math.pi / height)
-        return angle.sin(), angle.cos()
-
-
-def pixel_directions(
-    height: int,
-    width: int | None = None,
-    *,
-    dtype: torch.dtype = torch.float32,
-    device: torch.device | str | None = None,
-) -> Float[Tensor, "height width 3"]:
-    """Return the unit direction through the centre of each pixel.
-
-    Args:
-        height: Number of rows H.
-        width: Number of columns W; 2 H if not given.
-        dtype: Type of the result (computed in float64).
-        device: Device of the result.
-
-    Returns:
-        [H, W, 3], x, y, z.
-
-    Convention: +X right, +Y up, -Z forward and at the centre of the image; row 0 is the top. With H = 2 the
-    pixel (0, 2) looks up, forward and right: (0.5, 0.7071, -0.5).
-
-    Raises:
-        ValueError: height or width below 1.
-
-    >>> pixel_directions(2)[0, 2]
-    tensor([ 0.5000,  0.7071, -0.5000])
-    """
-    height, width = _grid(height, width)
-    sine, cosine = _rows(height)
-    azimuth = (torch.arange(width, dtype=torch.float64, device="cpu") + 0.5) * (2 * math.pi / width) - math.pi
-    result = torch.empty((height, width, 3), dtype=dtype, device="cpu")
-    result[..., 0] = torch.outer(sine, azimuth.sin()).to(dtype)
-    result[..., 1] = cosine.to(dtype)[:, None]
-    result[..., 2] = torch.outer(sine, -azimuth.cos()).to(dtype)
-    return place(result, dtype, device)
-
-
-def row_solid_angle(
-    height: int,
-    width: int | None = None,
-    *,
-    dtype: torch.dtype = torch.float32,
-    device: torch.device | str | None = None,
-) -> Float[Tensor, " height"]:
-    """Return the exact solid angle of one texel of each row: the first column of `solid_angle`.
-
-    Args:
-        height: Number of rows H.
-        width: Number of columns W; 2 H if not given.
-        dtype: Type of the result (computed in float64).
-        device: Device of the result.
-
-    Returns:
-        [H] steradians. Weighting by it as [H, 1] costs no memory, which counts on large maps.
-
-    Convention: row 0 is the top. With H = 2, W = 4 each texel has pi / 2.
-
-    Raises:
-        ValueError: height or width below 1.
-
-    >>> row_solid_angle(2)
-    tensor([1.5708, 1.5708])
-    """
-    height, width = _grid(height, width)
-    # cos a - cos b as a product: exact near the poles too, where the cosines would cancel.
-    rows = (4 * math.pi / width * math.sin(math.pi / (2 * height))) * _rows(height)[0]
-    return place(rows, dtype, device)
-
-
-def solid_angle(
-    height: int,
-    width: int | None = None,
-    *,
-    dtype: torch.dtype = torch.float32,
-    device: torch.device | str | None = None,
-) -> Float[Tensor, "height width"]:
-    """Return the exact solid angle of each texel, in steradians.
-
-    Omega_i = 2 pi / W (cos(i pi / H) - cos((i + 1) pi / H)); the sum over the map is 4 pi.
-
-    Args:
-        height: Number of rows H.
-        width: Number of columns W; 2 H if not given.
-        dtype: Type of the result (computed in float64).
-        device: Device of the result.
-
-    Returns:
-        [H, W] steradians, the same along a row.
-
-    Convention: row 0 is the top. With H = 2, W = 4 each of the eight texels has pi / 2.
-
-    Raises:
-        ValueError: height or width below 1.
-
-    >>> round(solid_angle(128).sum().item(), 4)
-    12.5664
-    """
-    height, width = _grid(height, width)
-    return row_solid_angle(height, width, dtype=dtype, device=device)[:, None].repeat(1, width)
-
-
-def directions_to_uv(directions: Float[Tensor, "*batch 3"]) -> Float[Tensor, "*batch 2"]:
-    """Return where on the panorama a direction lies, as fractions of its width and height.
-
-    u = 1/2 + atan2(x, -z) / 2 pi, v = acos(y / |d|) / pi; computed so that it is exact at the poles.
-
-    Args:
-        directions: [..., 3], of any length but zero (a zero vector has no direction and gives NaN).
-
-    Returns:
-        [..., 2], u in [0, 1) rightwards, v in [0, 1] downwards. u = 1/2 on the poles, where it is free.
-
-    Convention: pixel (i, j) has its centre at u = (j + 1/2) / W, v = (i + 1/2) / H. +X is at (0.75, 0.5).
-
-    >>> directions_to_uv(torch.tensor([1.0, 0.0, 0.0]))
-    tensor([0.7500, 0.5000])
-    """
-    wide = directions.to(torch.promote_types(directions.dtype, torch.float32))
-    azimuth, angle = _bilinear.polar(*_planes(wide))
-    u = (azimuth / (2 * math.pi) + 0.5).clamp(min=0)
-    return torch.stack((torch.where(u >= 1, u - 1, u), angle / math.pi), -1)
-
-
-def uv_to_directions(uv: Float[Tensor, "*batch 2"]) -> Float[Tensor, "*batch 3"]:
-    """Return the unit direction at a place of the panorama; the inverse of `directions_to_uv`.
-
-    d = (sin(pi v) sin(phi), cos(pi v), -sin(pi v) cos(phi)), phi = 2 pi (u - 1/2).
-
-    Args:
-        uv: [..., 2], u as a fraction of the width (any number, it wraps), v of the height (0 top, 1 bottom).
-
-    Returns:
-        [..., 3] unit vectors.
-
-    Convention: the centre of the image (0.5, 0.5) is -Z.
-
-    >>> uv_to_directions(torch.tensor([0.75, 0.25]))
-    tensor([7.0711e-01, 7.0711e-01, 3.0909e-08])
-    """
-    azimuth, angle = (uv[..., 0] - 0.5) * (2 * math.pi), uv[..., 1] * math.pi
-    sine = angle.sin()
-    return torch.stack((sine * azimuth.sin(), angle.cos(), -sine * azimuth.cos()), -1)
-
-
-def _planes(directions: Tensor) -> _bilinear.Planes:
-    x, y, z = directions.unbind(-1)
-    return x.contiguous(), y.contiguous(), z.contiguous()
 
 
 def sample(
@@ -226,13 +67,13 @@ def sample(
     wide = directions.to(torch.promote_types(directions.dtype, torch.float32))
     if shared or not maps:
         texels = panorama.reshape(-1, height * width, channels)
-        index, weight = _bilinear.taps(*_planes(wide), height, width)
+        index, weight = _bilinear.taps(*_bilinear.planes(wide), height, width)
         index, weight = index.view(-1, 4), weight.view(-1, 4)
         parts = [_bilinear.gather(texel, index, weight) for texel in texels]
         result = torch.stack(parts) if parts else panorama.new_empty(0, len(index), channels)
         return result.view(*maps, *directions.shape[:-1], channels)
     count = math.prod(maps)
-    index, weight = _bilinear.taps(*_planes(wide.reshape(count, -1, 3)), height, width)
+    index, weight = _bilinear.taps(*_bilinear.planes(wide.reshape(count, -1, 3)), height, width)
     # One gather from all maps laid end to end; 32-bit indices hold them unless they are enormous.
     flat = index.long() if panorama.numel() > 2**31 else index
     flat = flat + torch.arange(count, device=index.device, dtype=flat.dtype)[:, None, None] * (height * width)
@@ -279,7 +120,7 @@ def rotate(
     # The look-up for direction e is along d = rotation^T e = e @ rotation.
     fine = pixel_directions(1, supersample * width, dtype=dtype, device=panorama.device)[0]
     across = fine[:, :1] * matrix[0] + fine[:, 2:] * matrix[2]
-    sine, cosine = (table.to(panorama.device, dtype)[:, None] for table in _rows(supersample * height))
+    sine, cosine = (table.to(panorama.device, dtype)[:, None] for table in polar_rows(supersample * height))
 
     def rays(start: int, stop: int) -> _bilinear.Planes:
         s, c = sine[start:stop], cosine[start:stop]
@@ -340,80 +181,6 @@ def mirror(
     tensor([3., 2., 1., 0.])
     """
     return panorama.flip(-2)
-
-
-@lru_cache(maxsize=64)
-def _row_bands(height: int, out_height: int) -> _separable.Bands:
-    with torch.inference_mode(False):
-        # -cos of the polar angle: its differences are solid angles.
-        edges = [
-            -(torch.arange(count + 1, dtype=torch.float64, device="cpu") * (math.pi / count)).cos()
-            for count in (out_height, height)
-        ]
-        return _separable.overlap(edges[0], edges[1])
-
-
-@lru_cache(maxsize=64)
-def _column_bands(width: int, out_width: int) -> _separable.Bands:
-    with torch.inference_mode(False):
-        edges = [
-            torch.arange(count + 1, dtype=torch.float64, device="cpu") / count for count in (out_width, width)
-        ]
-        return _separable.overlap(edges[0], edges[1])
-
-
-def resize(
-    panorama: Float[Tensor, "*batch height width channels"], height: int, width: int | None = None
-) -> Float[Tensor, "*batch out_height out_width channels"]:
-    """Resize with the energy kept: each new texel is the solid-angle-weighted mean of what it covers.
-
-    The overlap of two texels is the product of an interval of -cos(polar angle) and one of azimuth, so the
-    mean is separable. Works up (blocky, on purpose: nothing is invented) and down, for any pair of sizes.
-
-    Args:
-        panorama: [..., H, W, C].
-        height: Rows of the result.
-        width: Columns of the result; 2 height if not given.
-
-    Returns:
-        [..., height, width, C] with the same `integrate`, to rounding.
-
-    Convention: two rows over a hemisphere with 0 above and 1 below, reduced to one row, give 0.5.
-
-    Raises:
-        ValueError: height or width below 1.
-
-    >>> resize(torch.tensor([[[0.0]], [[0.0]], [[0.0]], [[1.0]]]), 2, 1).flatten()
-    tensor([0.0000, 0.2929])
-    """
-    height, width = _grid(height, width)
-    if panorama.shape[-3:-1] == (height, width):
-        return panorama.clone()
-    rows = _row_bands(panorama.shape[-3], height)
-    return _separable.apply(panorama, rows, _column_bands(panorama.shape[-2], width))
-
-
-def prefilter(
-    panorama: Float[Tensor, "*batch height width channels"], spacing: float
-) -> Float[Tensor, "*batch out_height out_width channels"]:
-    """Reduce a panorama whose texels are finer than the rays that will sample it, so that none is skipped.
-
-    Args:
-        panorama: [..., H, W, C].
-        spacing: Angle between neighbouring rays in radians.
-
-    Returns:
-        `resize` of the panorama by the largest whole factor that leaves its texels no wider than `spacing`,
-        up to a row; the panorama itself where that factor is 1.
-
-    Convention: H = 512 and a spacing of pi / 128 give 128 rows.
-
-    >>> prefilter(torch.ones(512, 1024, 1), math.pi / 128).shape
-    torch.Size([128, 256, 1])
-    """
-    height = panorama.shape[-3]
-    factor = int(spacing * height / math.pi + 1e-9)
-    return panorama if factor < 2 else resize(panorama, max(2, height // factor))
 
 
 def integrate(panorama: Float[Tensor, "*batch height width channels"]) -> Float[Tensor, "*batch channels"]:
