@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor
 
-from mixlight.light import gaussians, harmonics
+from mixlight.light import _lobe_grid, gaussians, harmonics
 from mixlight.sphere import equirect
 from mixlight.sphere.points import vogel
 from tests.tolerances import TOLERANCE
@@ -169,7 +169,7 @@ class TestMap:
     def test_bands_of_rows_change_nothing(self, monkeypatch: pytest.MonkeyPatch) -> None:
         points, energy = vogel(128, dtype=torch.float64), random_energy(128, 3)
         whole = gaussians.evaluate_map(points, energy, SHARP, 48)
-        monkeypatch.setattr(gaussians, "_CHUNK", 5000)
+        monkeypatch.setattr(_lobe_grid, "CHUNK", 5000)
         torch.testing.assert_close(gaussians.evaluate_map(points, energy, SHARP, 48), whole, **EXACT)
 
     def test_dark_lobes(self) -> None:

@@ -10,27 +10,24 @@ channel), which is also, to within s, the irradiance on a surface that faces it.
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import overload
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mixlight.light._lobe_grid import CHUNK, LobeGrid
 from mixlight.light.harmonics import basis, cosine_factor, count, degrees
-from mixlight.sphere.equirect import row_solid_angle
 
 SHARPNESS = 0.0025
 """The sources' sharpness: an angular diameter of 8.10 degrees, a full width at half maximum of 6.75
 degrees."""
 
-_NEGLIGIBLE = 40.0
-"""A lobe is left out of map rows where it is below exp(-40) = 4e-18 of its peak, under float64's
-resolution."""
 
-_CHUNK = 1 << 22
-"""Largest number of entries of a temporary table."""
-
-
+@overload
+def normaliser(sharpness: float) -> float: ...
+@overload
+def normaliser(sharpness: Tensor) -> Tensor: ...
 def normaliser(sharpness: float | Tensor) -> float | Tensor:
     """Peak radiance q of a lobe of energy 1, so that it integrates to 1 over the sphere (per steradian).
 
@@ -106,11 +103,12 @@ def evaluate(
     """
     _check_counts(axes, energy)
     dtype = torch.promote_types(energy.dtype, directions.dtype)
-    scaled = energy.to(dtype) * _per_lobe(normaliser(sharpness), dtype, energy.device)
-    inverse = _per_lobe(1 / sharpness, dtype, energy.device).reshape(-1)
+    spread = _per_lobe(sharpness, len(axes), energy.device)
+    scaled = energy.to(dtype) * normaliser(spread).to(dtype)[:, None]
+    inverse = (1 / spread).to(dtype)
     points = directions.to(dtype).reshape(-1, 3)
     parts = []
-    for some in torch.split(points, max(1, _CHUNK // max(1, len(axes)))):
+    for some in torch.split(points, max(1, CHUNK // max(1, len(axes)))):
         chord = torch.cdist(some, axes.to(dtype), compute_mode="donot_use_mm_for_euclid_dist")
         parts.append(torch.exp(-0.5 * chord.square() * inverse) @ scaled)
     flat = torch.cat(parts, -2)
@@ -154,28 +152,18 @@ def evaluate_map(
         raise ValueError(f"height: expected at least 1, received {height}")
     batch, channels = energy.shape[:-2], energy.shape[-1]
     dtype = torch.promote_types(energy.dtype, torch.float32)
-    scale = normaliser(sharpness)
-    if isinstance(scale, Tensor):
-        scale, sharpness = scale.expand(len(axes)), torch.as_tensor(sharpness).expand(len(axes))
+    spread = _per_lobe(sharpness, len(axes), energy.device)
     if not energy.requires_grad:
         lit = (energy != 0).any(-1).reshape(-1, len(axes)).any(0)
-        axes, energy = axes[lit], energy[..., lit, :]
-        if isinstance(scale, Tensor) and isinstance(sharpness, Tensor):
-            scale, sharpness = scale[lit], sharpness[lit]
+        axes, energy, spread = axes[lit], energy[..., lit, :], spread[lit]
     if len(axes) == 0:
         return energy.new_zeros(*batch, height, 2 * height, channels)
-    terms = _terms(axes, sharpness, height)
-    if conserve:
-        factor = 1 / _grid_integral(terms, dtype)
-    else:
-        factor = _per_lobe(scale, dtype, energy.device).reshape(-1) * torch.exp(terms.peak.to(dtype))
-    scaled = energy.to(dtype) * factor[:, None]
+    grid = LobeGrid(axes, spread, height, dtype)
+    scaled = energy.to(dtype) * _peak(grid, spread, conserve).to(dtype)[:, None]
     bands = []
-    for start, stop in _bands(terms):
-        near = _near(terms, start, stop)
-        table = _lobes(terms, near, start, stop, dtype)  # [near, rows, width]
+    for rows, near, table in grid.bands():
         flat = table.flatten(1).T @ scaled[..., near, :]
-        bands.append(flat.reshape(*batch, stop - start, 2 * height, channels))
+        bands.append(flat.reshape(*batch, rows.stop - rows.start, 2 * height, channels))
     return torch.cat(bands, -3).to(energy.dtype)
 
 
@@ -198,14 +186,9 @@ def lobe_maps(
     if height < 1:
         raise ValueError(f"height: expected at least 1, received {height}")
     dtype = torch.promote_types(axes.dtype, torch.float32)
-    scale = normaliser(sharpness)
-    terms = _terms(axes, sharpness, height)
-    table = _lobes(terms, torch.arange(len(axes), device=axes.device), 0, height, dtype)
-    if conserve:
-        factor = 1 / _grid_integral(terms, dtype)
-    else:
-        factor = _per_lobe(scale, dtype, axes.device).reshape(-1) * torch.exp(terms.peak.to(dtype))
-    return table * factor[:, None, None]
+    spread = _per_lobe(sharpness, len(axes), axes.device)
+    grid = LobeGrid(axes, spread, height, dtype)
+    return grid.table() * _peak(grid, spread, conserve).to(dtype)[:, None, None]
 
 
 def band_factors(sharpness: float, degree: int) -> Float[Tensor, " degrees"]:
@@ -266,7 +249,7 @@ def irradiance(
     series = _irradiance_series(float(sharpness))
     dtype = torch.promote_types(energy.dtype, normals.dtype)
     parts = []
-    for some in torch.split(normals.to(dtype).reshape(-1, 3), max(1, _CHUNK // max(1, len(axes)))):
+    for some in torch.split(normals.to(dtype).reshape(-1, 3), max(1, CHUNK // max(1, len(axes)))):
         cosine = (some @ axes.to(dtype).T).clamp(-1, 1)
         later = latest = torch.zeros_like(cosine)  # Clenshaw's recurrence for Legendre sums
         for band in range(len(series) - 1, -1, -1):
@@ -275,73 +258,6 @@ def irradiance(
         parts.append(later.clamp_min(0) @ energy.to(dtype))
     flat = torch.cat(parts, -2)
     return flat.reshape(*energy.shape[:-2], *normals.shape[:-1], energy.shape[-1])
-
-
-class _Terms(NamedTuple):
-    """A lobe's exponent at texel (i, j) is row[i] + slope[i] * column[j], which is 0 on the axis and negative
-    off it.
-
-    With the polar angle t from +Y and the azimuth a:
-    (d.u - 1) / s = -2 / s * (sin^2((t - t_u) / 2) + sin t sin t_u sin^2((a - a_u) / 2)), the haversine
-    formula: no cancellation, and an outer sum instead of a dot product a texel.
-    """
-
-    row: Tensor  # [n, height]
-    slope: Tensor  # [n, height]
-    column: Tensor  # [n, width]
-    peak: Tensor  # [n]: the largest exponent over the texels; far below 0 on a map coarser than the lobe
-
-
-def _terms(axes: Tensor, sharpness: float | Tensor, height: int) -> _Terms:
-    x, y, z = axes.double().unbind(-1)
-    polar_axis, azimuth_axis = torch.atan2(torch.hypot(x, z), y), torch.atan2(x, -z)
-    line = torch.arange(2 * height, dtype=torch.float64, device=axes.device) + 0.5
-    polar, azimuth = line[:height] * (math.pi / height), (line / height - 1) * math.pi
-    factor = -2 * _per_lobe(1 / sharpness, torch.float64, axes.device)  # [n, 1] or []
-    row = factor * torch.sin((polar - polar_axis[:, None]) / 2).square()
-    slope = factor * torch.sin(polar) * torch.sin(polar_axis)[:, None]
-    column = torch.sin((azimuth - azimuth_axis[:, None]) / 2).square()
-    peak = (row + slope * column.amin(-1, keepdim=True)).amax(-1)
-    return _Terms(row, slope, column, peak)
-
-
-def _lobes(terms: _Terms, chosen: Tensor, start: int, stop: int, dtype: torch.dtype) -> Tensor:
-    """[chosen, rows, width]: the chosen lobes on some rows, 1 at the brightest texel of the whole map."""
-    row = (terms.row[chosen, start:stop] - terms.peak[chosen, None]).to(dtype)
-    exponent = (
-        terms.slope[chosen, start:stop, None].to(dtype) * terms.column[chosen, None].to(dtype)
-        + row[..., None]
-    )
-    return exponent.exp_() if not exponent.requires_grad else exponent.exp()
-
-
-def _bands(terms: _Terms) -> list[tuple[int, int]]:
-    count_, height = terms.row.shape
-    step = max(1, _CHUNK // (count_ * 2 * height))
-    return [(start, min(start + step, height)) for start in range(0, height, step)]
-
-
-def _near(terms: _Terms, start: int, stop: int) -> Tensor:
-    """Indices of the lobes that are not negligible on these rows."""
-    with torch.no_grad():
-        brightest = terms.row[:, start:stop] + terms.slope[:, start:stop] * terms.column.amin(
-            -1, keepdim=True
-        )
-        return (brightest.amax(-1) - terms.peak > -_NEGLIGIBLE).nonzero()[:, 0]
-
-
-def _grid_integral(terms: _Terms, dtype: torch.dtype) -> Tensor:
-    """[n]: each lobe's sum of value times solid angle over the map, with the value 1 at its brightest
-    texel.
-    """
-    count_, height = terms.row.shape
-    weight = row_solid_angle(height, dtype=torch.float64, device=terms.row.device)
-    total = terms.row.new_zeros(count_)
-    for start, stop in _bands(terms):
-        near = _near(terms, start, stop)
-        sums = _lobes(terms, near, start, stop, dtype).sum(-1).double()
-        total = total.index_add(0, near, sums @ weight[start:stop])
-    return total.to(dtype)
 
 
 @lru_cache(maxsize=32)
@@ -370,10 +286,17 @@ def _irradiance_series(sharpness: float) -> tuple[float, ...]:
     )
 
 
-def _per_lobe(value: float | Tensor, dtype: torch.dtype, device: torch.device) -> Tensor:
-    """As [] or, where each lobe has its own, [n, 1]."""
-    tensor = torch.as_tensor(value, dtype=dtype, device=device)
-    return tensor[:, None] if tensor.ndim else tensor
+def _peak(grid: LobeGrid, sharpness: Tensor, conserve: bool) -> Tensor:
+    """[n]: the radiance of a lobe of energy 1 at its brightest texel."""
+    if conserve:
+        return 1 / grid.integral()
+    return normaliser(sharpness) * torch.exp(grid.peak)
+
+
+def _per_lobe(value: float | Tensor, size: int, device: torch.device) -> Tensor:
+    """[size], in float64."""
+    normaliser(value)  # refuses what is no sharpness
+    return torch.as_tensor(value, dtype=torch.float64, device=device).expand(size)
 
 
 def _check_sharpness(sharpness: float) -> None:

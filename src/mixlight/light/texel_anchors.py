@@ -61,7 +61,7 @@ class TexelAnchors:
 
 @lru_cache(maxsize=8)
 def _candidates(anchors: int) -> Tensor:
-    """[cells, most]: the anchors that may be nearest in each, ascending, filled with the lowest. Read-only."""
+    """[cells, most]: anchors that may be nearest in each, ascending, filled with the lowest. Read-only."""
     with torch.inference_mode(False):
         points = vogel(anchors, dtype=torch.float32, device="cpu")
         centres = pixel_directions(_ROWS, device="cpu").reshape(-1, 3)
