@@ -12,7 +12,7 @@ from torch import Tensor
 from mixlight.data.evaluation_set import ENVIRONMENT_HEIGHT, EvaluationSample, samples_of
 from mixlight.data.panoramas import PanoramaRecord
 from mixlight.light.fit import fit
-from mixlight.light.separate import luminance
+from mixlight.light.separate import Method, luminance
 from mixlight.network.canonical import CanonicalView
 from mixlight.network.model import mean_linear_colour
 from mixlight.sphere import equirect
@@ -24,8 +24,9 @@ def training_mean_light(
     """The mean environment over the evaluation views of training panoramas, each in its photo's exposure.
 
     The constant prediction of somebody who knows the data but never looks at the photo. The plain mean is
-    ruled by the few brightest scenes; `geometric` averages the shape of the light (each environment divided by its mean
-    luminance) and takes the geometric mean of the luminances, which is the stronger floor in the median.
+    ruled by the few brightest scenes; `geometric` averages the shape of the light (each environment divided
+    by its mean luminance) and takes the geometric mean of the luminances, which is the stronger floor in the
+    median.
 
     Raises:
         ValueError: no record, or only black views.
@@ -43,13 +44,17 @@ def training_mean_light(
 
 
 def photo_mean_light(sample: EvaluationSample) -> Float[Tensor, "height width 3"]:
-    """Constant light of the photo's mean linear colour."""
+    """Constant light of the photo's mean linear colour, in the photo's exposure."""
     return mean_linear_colour(sample.photo[None])[0].expand(ENVIRONMENT_HEIGHT, 2 * ENVIRONMENT_HEIGHT, 3)
 
 
 def oracle_light(
-    sample: EvaluationSample, separation: str = "top_fraction", fraction: float = 0.05
+    sample: EvaluationSample, separation: Method = "top_fraction", fraction: float = 0.05
 ) -> Float[Tensor, "height width 3"]:
-    """The true environment through its own fitted parameters: the ceiling of the representation."""
+    """The true environment through its own fitted parameters: the ceiling of the representation.
+
+    Raises:
+        ValueError: no such separation or fraction.
+    """
     lighting = fit(sample.environment, separation=separation, fraction=fraction)
     return lighting.environment(ENVIRONMENT_HEIGHT)

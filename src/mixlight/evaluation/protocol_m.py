@@ -1,4 +1,4 @@
-"""Protocol M on fixed views: linear renderings of three spheres in the photo's exposure, errors as they are."""
+"""Protocol M on fixed views: linear renderings of three spheres in the photo's exposure, errors unscaled."""
 
 from __future__ import annotations
 
@@ -27,11 +27,31 @@ class Scores:
     si_rmse: Float[Tensor, "samples 3"]
     """The same after the best single scale."""
 
-    def summary(self, groups: Sequence[str], resamples: int = 2000) -> dict[str, dict[str, float | list[float]]]:
-        """Median and mean of the six cells; the median's 95 % interval is bootstrapped over `groups`.
+    def summary(
+        self, groups: Sequence[str], resamples: int = 2000
+    ) -> dict[str, dict[str, float | list[float]]]:
+        """Median and mean of the six cells, and a 95 % interval of the median.
 
-        Views of one panorama are not independent, so whole panoramas are drawn.
+        The interval is bootstrapped over `groups`: views of one panorama are not independent, so whole
+        panoramas are drawn. The draws are always the same.
+
+        Args:
+            groups: the panorama of each sample.
+            resamples: number of draws.
+
+        Returns:
+            `<sphere>_rmse` and `<sphere>_si_rmse`, each with `median`, `mean` and `median_95` (low, high), to
+            four digits.
+
+        Raises:
+            ValueError: not one group for each sample.
+
+        >>> scores = Scores(torch.tensor([[0.1, 0.2, 0.3], [0.3, 0.4, 0.5]]), torch.zeros(2, 3))
+        >>> scores.summary(["room", "room"])["diffuse_rmse"]
+        {'median': 0.2, 'mean': 0.2, 'median_95': [0.2, 0.2]}
         """
+        if len(groups) != len(self.rmse):
+            raise ValueError(f"expected one group for each of {len(self.rmse)} samples, got {len(groups)}")
         table: dict[str, dict[str, float | list[float]]] = {}
         for name in ("rmse", "si_rmse"):
             for i, sphere in enumerate(SPHERES):
@@ -47,7 +67,19 @@ class Scores:
 def evaluate(
     methods: Mapping[str, Method], samples: Sequence[EvaluationSample], renderer: SphereRenderer | None = None
 ) -> dict[str, Scores]:
-    """Scores every method on every sample."""
+    """Scores every method on every sample.
+
+    Args:
+        methods: by name; each gets the sample, of which it may look at the photo only (the oracle may look at
+            more).
+        samples: photos with known light.
+        renderer: of the spheres; one of 64 pixels if not given.
+
+    Raises:
+        ValueError: no method or no sample.
+    """
+    if not methods or not samples:
+        raise ValueError(f"expected methods and samples, got {len(methods)} and {len(samples)}")
     renderer = renderer or SphereRenderer(resolution=64)
     results: dict[str, list[Tensor]] = {name: [] for name in methods}
     for sample in samples:

@@ -47,16 +47,19 @@ class LossWeights:
     camera: float = 2.0
     """Squared error of pitch and roll in radians."""
     sphere_offset: float = 0.05
-    """Sphere errors x count as log(1 + x / offset): a scene twice as wrong costs log 2 more, not twice as much."""
+    """Sphere errors x count as log(1 + x / offset): a scene twice as wrong costs log 2 more, not twice as
+    much."""
 
     def __post_init__(self) -> None:
+        if not self.sphere_offset > 0:
+            raise ValueError(f"expected a sphere_offset above 0, got {self.sphere_offset}")
         total = 0.0
         for field in fields(self):
             value = getattr(self, field.name)
             values = value if isinstance(value, tuple) else (value,)
             if not all(number >= 0 for number in values):
                 raise ValueError(f"expected {field.name} of at least 0, got {value}")
-            total += sum(values)
+            total += 0.0 if field.name == "sphere_offset" else sum(values)
         if total == 0:
             raise ValueError("expected at least one weight above 0, got none")
 
@@ -170,7 +173,7 @@ class TotalLoss(nn.Module):
         return loss, {name: value.detach().mean() for name, value in terms.items()}
 
     def _robust(self, error: Tensor) -> Tensor:
-        """Logarithmic from `sphere_offset` on, so that hopeless scenes do not outweigh those that can be learnt."""
+        """Logarithmic from `sphere_offset` on, so that hopeless scenes do not outweigh the others."""
         return torch.log1p(error / self.weights.sphere_offset)
 
 

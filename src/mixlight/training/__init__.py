@@ -1,0 +1,1 @@
+"""Training runs: a TOML config in, weights out, resumable at any step."""

@@ -1,4 +1,4 @@
-"""Checkpoints of a training run: safetensors, written atomically, never pickled."""
+"""Checkpoints of a training run: safetensors, written in one piece, never pickled."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from torch import Tensor, optim
 from mixlight.image.atomic import atomic_path
 
 FILE_NAME = "checkpoint.safetensors"
+_PARTS = ("model", "average", "best", "optimiser")
 
 
 @dataclass
@@ -32,44 +33,67 @@ class Checkpoint:
     optimiser: dict[str, Tensor]
     """The optimiser's state, flattened to `<parameter index>.<name>`."""
     notes: dict[str, Any]
-    """JSON values: config, best score and metrics, log length."""
+    """JSON values: at least the config and the metrics of the best weights."""
 
 
 def save(path: Path, checkpoint: Checkpoint) -> None:
-    """Writes a checkpoint in one piece: a killed run leaves the old one or the new one."""
+    """Writes a checkpoint in one piece and to the disk: a run that is killed, or loses its power, leaves the
+    old one or the new one.
+
+    Raises:
+        OSError: the folder is missing or full, or may not be written to.
+    """
     tensors = {}
-    for part in ("model", "average", "best", "optimiser"):
+    for part in _PARTS:
         for key, value in getattr(checkpoint, part).items():
             # clone: safetensors refuses tensors that share memory
             tensors[f"{part}/{key}"] = value.detach().clone(memory_format=torch.contiguous_format)
     metadata = {"step": str(checkpoint.step), "notes": json.dumps(checkpoint.notes)}
-    with atomic_path(path) as temporary:
+    with atomic_path(path, durable=True) as temporary:
         save_file(tensors, temporary, metadata=metadata)
 
 
 def load(path: Path) -> Checkpoint:
-    """Reads a checkpoint.
+    """Reads a checkpoint, onto the CPU.
 
     Raises:
-        ValueError: the file is not a checkpoint of this program.
+        ValueError: the file is not a checkpoint of this program; the message names it.
+        OSError: the file is missing or may not be read.
     """
-    parts: dict[str, dict[str, Tensor]] = {"model": {}, "average": {}, "best": {}, "optimiser": {}}
+    parts: dict[str, dict[str, Tensor]] = {part: {} for part in _PARTS}
     try:
         with safe_open(path, "pt") as stored:
             metadata = stored.metadata() or {}
             for key in stored.keys():  # noqa: SIM118 - not a dict
                 part, _, name = key.partition("/")
+                if part not in parts:
+                    raise ValueError(f"a tensor {key!r}")
                 parts[part][name] = stored.get_tensor(key)
+        missing = sorted({"step", "notes"} - metadata.keys())
+        if missing:
+            raise ValueError(f"a file without {' and '.join(missing)}")
         step, notes = int(metadata["step"]), json.loads(metadata["notes"])
-    except (SafetensorError, KeyError, ValueError) as error:
-        raise ValueError(f"{path}: expected a training checkpoint, {error}") from error
+        if not parts["model"] or not isinstance(notes, dict):
+            raise ValueError("a file without weights or notes")
+    except (SafetensorError, ValueError) as error:
+        raise ValueError(f"{path}: expected a training checkpoint, got {error}") from error
     return Checkpoint(step, notes=notes, **parts)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Deletes what a run that was killed while it wrote this checkpoint has left beside it."""
+    for leftover in path.parent.glob(f".{path.stem}.*.part{path.suffix}"):
+        leftover.unlink(missing_ok=True)
 
 
 def flatten_optimiser(optimiser: optim.Optimizer) -> dict[str, Tensor]:
     """The optimiser's per-parameter tensors under `<parameter index>.<name>`."""
     state = optimiser.state_dict()["state"]
-    return {f"{index}.{name}": torch.as_tensor(v) for index, slot in state.items() for name, v in slot.items()}
+    return {
+        f"{index}.{name}": torch.as_tensor(value)
+        for index, slot in state.items()
+        for name, value in slot.items()
+    }
 
 
 def restore_optimiser(optimiser: optim.Optimizer, flat: dict[str, Tensor]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -17,6 +18,16 @@ from mixlight.data.training_set import SamplingSettings
 from mixlight.loss.total import LossWeights
 from mixlight.network.model import ModelSettings
 
+WORDS = ("imagenet", "none")
+"""Starts of a backbone that are no path."""
+
+FREE = ("workers", "tensorboard", "checkpoint_every")
+"""Keys that do not touch the result of a run, and may change when it goes on."""
+
+_FREE_TABLES: Mapping[str, Mapping[str, Any]] = {"sampling.weights": SamplingSettings().weights}
+"""Tables whose keys are anybody's, with their defaults: given in a file, one replaces the default as a
+whole."""
+
 
 @dataclass(frozen=True)
 class OptimiserSettings:
@@ -29,7 +40,7 @@ class OptimiserSettings:
     backbone_rate: float = 3e-4
     """Peak rate of the backbone."""
     weight_decay: float = 0.02
-    """Decoupled decay of matrices (adamw); biases and norms have none."""
+    """Decay of matrices: decoupled with adamw, part of the gradient with adam; biases and norms have none."""
     warmup_steps: int = 50
     """Linear rise to the peak."""
     final_share: float = 0.02
@@ -43,6 +54,18 @@ class OptimiserSettings:
     freeze_norms: bool = True
     """Keep the backbone's batch-norm statistics at their ImageNet values."""
 
+    def __post_init__(self) -> None:
+        if self.name not in ("adamw", "adam"):
+            raise ValueError(f"expected name adamw or adam, got {self.name!r}")
+        for name in ("learning_rate", "backbone_rate", "weight_decay", "warmup_steps"):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
+        for name in ("final_share", "ema_decay", "frozen_share"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"expected {name} in [0, 1], got {getattr(self, name)}")
+        if not self.clip_norm > 0:
+            raise ValueError(f"expected clip_norm above 0, got {self.clip_norm}")
+
 
 @dataclass(frozen=True)
 class TrainingConfig:
@@ -53,13 +76,13 @@ class TrainingConfig:
     name: str = "mixlight"
     """Name of the model, written on its card."""
     seed: int = 0
-    """Seed of weights, views and dropout."""
+    """Seed of weights, views and dropout; at least 0."""
     steps: int = 1000
     """Number of optimiser steps."""
     batch_size: int = 32
     """Views a step."""
     precision: str = "float32"
-    """`float32` or `bfloat16` (autocast of the backbone)."""
+    """`float32` or `bfloat16` (autocast of the network; the loss stays in float32)."""
     validate_every: int = 100
     """Steps between validations."""
     checkpoint_every: int = 50
@@ -68,6 +91,9 @@ class TrainingConfig:
     """Azimuths of each rendered validation room (real panoramas always have 8)."""
     workers: int = 1
     """Processes that make batches; 0 makes them in the training process."""
+    backbone_weights: str = "imagenet"
+    """Where the backbone starts: `imagenet` (the weights that ship with the package), `none` (at random), or
+    a weights file of the backbone; a relative path is relative to the config file."""
     tensorboard: bool = False
     """Also write TensorBoard events (needs the extra `tensorboard`)."""
     model: ModelSettings = field(default_factory=ModelSettings)
@@ -86,13 +112,16 @@ class TrainingConfig:
     """How the weights are moved."""
 
     def __post_init__(self) -> None:
+        if not self.tables:
+            raise ValueError("expected at least one CSV table in tables, got none")
         for name in ("steps", "batch_size", "validate_every", "checkpoint_every"):
             if getattr(self, name) < 1:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
+        for name in ("seed", "validation_rooms", "workers"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
         if self.precision not in ("float32", "bfloat16"):
             raise ValueError(f"expected precision float32 or bfloat16, got {self.precision!r}")
-        if self.optimiser.name not in ("adamw", "adam"):
-            raise ValueError(f"expected the optimiser adamw or adam, got {self.optimiser.name!r}")
         if self.labels.anchors != self.model.anchors:
             raise ValueError(
                 f"expected the same number of anchors in labels and model, got {self.labels.anchors} and "
@@ -101,10 +130,17 @@ class TrainingConfig:
 
 
 def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) -> TrainingConfig:
-    """Reads a TOML file; `overrides` maps dotted keys (`optimiser.learning_rate`) to values.
+    """Reads a TOML file; what it does not say keeps its default.
+
+    Args:
+        path: the TOML file.
+        overrides: dotted keys (`optimiser.learning_rate`) with values that replace those of the file. A table
+            given in the file replaces a default table as a whole; an override of one key of it changes that
+            key alone.
 
     Raises:
-        ValueError: not TOML, an unknown key, or a value of the wrong type; the message names the key.
+        ValueError: not TOML, an unknown or missing key, a value of the wrong type or outside its range; the
+            message names the file and the dotted key.
         FileNotFoundError: no such file.
     """
     path = Path(path)
@@ -114,18 +150,18 @@ def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) ->
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected TOML, {error}") from error
-    for dotted, value in (overrides or {}).items():
-        table = values
-        *parents, last = dotted.split(".")
-        for key in parents:
-            table = table.setdefault(key, {})
-        table[last] = value
     try:
+        for dotted, value in (overrides or {}).items():
+            _override(values, dotted, value)
         config: TrainingConfig = _build(TrainingConfig, values, "")
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    tables = tuple(str((path.parent / table).resolve()) for table in config.tables)
-    return dataclasses.replace(config, tables=tables)
+    start = config.backbone_weights
+    return dataclasses.replace(
+        config,
+        tables=tuple(str((path.parent / table).resolve()) for table in config.tables),
+        backbone_weights=start if start in WORDS else str((path.parent / start).resolve()),
+    )
 
 
 def to_plain(config: Any) -> dict[str, Any]:
@@ -133,9 +169,53 @@ def to_plain(config: Any) -> dict[str, Any]:
     return dataclasses.asdict(config)
 
 
+def differences(saved: Mapping[str, Any], current: TrainingConfig) -> list[str]:
+    """What a run would do differently under another config, one line a key: `seed: 0 -> 1`.
+
+    Keys that do not touch the result are not compared (`FREE`), and a key that the saved config did not know
+    had its default.
+
+    Args:
+        saved: `to_plain` of a config, as JSON gives it back.
+        current: the config to compare.
+
+    >>> differences({"tables": ["a.csv"], "seed": 1}, TrainingConfig(("a.csv",), seed=2, workers=8))
+    ['seed: 1 -> 2']
+    """
+    default = _flat(to_plain(TrainingConfig(current.tables)))
+    old, new = default | _flat(saved), _flat(to_plain(current))
+    return [
+        f"{key}: {old.get(key)!r} -> {new.get(key)!r}"
+        for key in sorted(old.keys() | new.keys())
+        if key not in FREE and old.get(key) != new.get(key)
+    ]
+
+
+def _flat(values: Mapping[str, Any], where: str = "") -> dict[str, Any]:
+    """Nested tables as dotted keys; lists for tuples, as in JSON."""
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping) and f"{where}{key}" not in _FREE_TABLES:
+            flat |= _flat(value, f"{where}{key}.")
+        else:
+            flat[f"{where}{key}"] = list(value) if isinstance(value, tuple) else value
+    return flat
+
+
+def _override(values: dict[str, Any], dotted: str, value: Any) -> None:
+    *parents, last = dotted.split(".")
+    table = values
+    for depth, key in enumerate(parents, 1):
+        where = ".".join(parents[:depth])
+        table = table.setdefault(key, dict(_FREE_TABLES.get(where, {})))
+        if not isinstance(table, dict):
+            raise ValueError(f"unknown key {dotted}; {where} is no table")
+    table[last] = value
+
+
 def _build(kind: Any, values: Any, where: str) -> Any:
     if not isinstance(values, Mapping):
-        raise ValueError(f"expected a table for {where or 'the config'}, got {type(values).__name__}")
+        raise ValueError(f"expected a table for {where.rstrip('.')}, got {values!r}")
     hints = typing.get_type_hints(kind)
     known = {f.name: f for f in dataclasses.fields(kind)}
     arguments = {}
@@ -148,13 +228,20 @@ def _build(kind: Any, values: Any, where: str) -> Any:
         required = spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING
         if required and name not in arguments:
             raise ValueError(f"missing key {where}{name}")
-    return kind(**arguments)
+    try:
+        return kind(**arguments)
+    except ValueError as error:
+        raise ValueError(f"{where.rstrip('.')}: {error}" if where else str(error)) from error
 
 
 def _convert(hint: Any, value: Any, dotted: str) -> Any:
     if dataclasses.is_dataclass(hint):
         return _build(hint, value, f"{dotted}.")
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Literal:
+        if value not in arguments:
+            raise ValueError(f"expected {' or '.join(map(str, arguments))} for {dotted}, got {value!r}")
+        return value
     if origin is tuple:
         if not isinstance(value, list | tuple):
             raise ValueError(f"expected a list for {dotted}, got {value!r}")
@@ -169,6 +256,11 @@ def _convert(hint: Any, value: Any, dotted: str) -> Any:
         return {str(k): _convert(arguments[1], v, f"{dotted}.{k}") for k, v in value.items()}
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
-        raise ValueError(f"expected {hint.__name__} for {dotted}, got {value!r}")
+    if not isinstance(value, hint) or (hint is not bool and isinstance(value, bool)):
+        raise ValueError(f"expected {_WORDING[hint]} for {dotted}, got {value!r}")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"expected a finite number for {dotted}, got {value!r}")
     return value
+
+
+_WORDING = {float: "a number", int: "a whole number", str: "a string", bool: "true or false"}

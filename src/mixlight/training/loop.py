@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
-import subprocess
+import math
+import multiprocessing
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import torch
 from torch import Tensor
@@ -15,20 +17,57 @@ from torch.utils.data import DataLoader, Dataset
 from tqdm import tqdm
 
 from mixlight.data.labels import default_cache
-from mixlight.data.panoramas import PanoramaRecord, read_table, select
+from mixlight.data.panoramas import check_split, read_table, select
 from mixlight.data.training_set import Batch, TrainingSet
+from mixlight.image.atomic import atomic_path
 from mixlight.light.separate import luminance
 from mixlight.loss.total import TotalLoss
 from mixlight.network import weights
 from mixlight.network.model import MixLightNet, mean_linear_colour
 from mixlight.training import checkpoint as checkpoints
-from mixlight.training.config import TrainingConfig, to_plain
+from mixlight.training.card import commit, make_card, versions
+from mixlight.training.config import WORDS, TrainingConfig, differences, to_plain
 from mixlight.training.log import RunLog
 from mixlight.training.schedule import freeze, make_optimiser, rate_share, set_rate, set_training_mode
 from mixlight.training.validation import ValidationSet
 
-_MEAN_BATCHES = 4
 MODEL_FILE = "model.safetensors"
+CONFIG_FILE = "config.json"
+
+_MEAN_BATCHES = 4
+"""Batches whose mean light an untrained network predicts."""
+
+_LOG_EVERY = 10
+
+_MOST_SKIPPED = 20
+"""Steps in a row whose gradient may be infinite or NaN before the run is given up."""
+
+
+def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path | None = None) -> Path:
+    """Trains a network and writes `model.safetensors`, `log.jsonl`, `config.json` and a checkpoint to a
+    folder.
+
+    A run that was stopped or killed goes on from its last checkpoint. Batches and dropout depend on the seed
+    and the step alone, so on a CPU, in float32 and with the same number of threads, it ends with the very
+    weights of an unbroken run.
+
+    Args:
+        config: what to train, and on what.
+        out: the folder of the run; made if it is missing.
+        resume: go on from a checkpoint in `out`; else start anew and drop it.
+        cache: where labels are kept between runs; the user's cache folder if not given.
+
+    Returns:
+        The path of the model: the averaged weights with the best validation score, in float16.
+
+    Raises:
+        ValueError: bad tables, panoramas or backbone weights; or `out` holds a run with another config or
+            other panoramas.
+        FloatingPointError: the gradient or the validation score is not finite: training has diverged.
+        OSError: a file is missing or cannot be read, or `out` cannot be written.
+        ImportError: `tensorboard = true`, and it is not installed.
+    """
+    return Run(config, out, resume=resume, cache=cache).finish()
 
 
 class _Steps(Dataset[Batch]):
@@ -41,28 +80,17 @@ class _Steps(Dataset[Batch]):
         return self.training_set.batch(self.seed, step, self.size)
 
 
-def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path | None = None) -> Path:
-    """Trains a network and writes `model.safetensors`, `log.jsonl`, `config.json` and a checkpoint to `out`.
-
-    A run that was killed goes on from its last checkpoint; batches and dropout depend on the seed and the
-    step alone, so on a CPU in float32 it ends with the weights of an unbroken run.
-
-    Returns the path of the model: the averaged weights with the best validation score, in float16.
-
-    Raises:
-        ValueError: bad tables, or an `out` that holds a run with another config.
-        FileNotFoundError: a table or a panorama is missing.
-    """
-    return Run(config, out, resume=resume, cache=cache).finish()
-
-
 class Run:
-    """One training run."""
+    """One training run; see `train`."""
 
     def __init__(self, config: TrainingConfig, out: Path, *, resume: bool, cache: Path | None) -> None:
         self.config, self.out = config, out
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        out.mkdir(parents=True, exist_ok=True)
+        # A run that cannot go on says so before minutes of loading.
+        saved = self._saved() if resume else None
         records = [record for table in config.tables for record in read_table(table)]
+        check_split(records)  # across the tables, too
         canonical = config.model.canonical
         self.training_set = TrainingSet(
             select(records, "train"),
@@ -73,25 +101,31 @@ class Run:
             config.camera,
             config.sampling,
         )
-        self.validation = ValidationSet(_validation_records(records), canonical, config.validation_rooms)
-        with torch.random.fork_rng():
-            torch.manual_seed(config.seed)
-            self.model = MixLightNet(config.model, pretrained=True)
+        self.validation = ValidationSet(select(records, "val"), canonical, config.validation_rooms)
+        listed = [(r.scene, r.category, r.split) for r in records if r.split != "test"]
+        self.data = hashlib.sha256(repr(listed).encode()).hexdigest()
+        self.model = self._make_model()
         freeze(self.model, config.optimiser)
-        self._start_from_mean()
         self.model.to(self.device)
-        self.average = {k: v.detach().clone() for k, v in self.model.state_dict().items()}
+        self.optimiser = make_optimiser(self.model, config.optimiser)
+        self.loss = TotalLoss(
+            config.loss, config.model.anchors, config.model.sharpness, config.labels.map_height
+        ).to(self.device)
+        self.step = 0
+        self.skipped = 0
         self.best: dict[str, Tensor] = {}
         self.best_metrics: dict[str, float] = {}
-        self.optimiser = make_optimiser(self.model, config.optimiser)
-        self.loss = TotalLoss(config.loss, config.model.anchors, config.model.sharpness).to(self.device)
-        self.step = 0
-        out.mkdir(parents=True, exist_ok=True)
-        self.log = RunLog(out, tensorboard=config.tensorboard)
-        if resume and (out / checkpoints.FILE_NAME).is_file():
-            self._restore(checkpoints.load(out / checkpoints.FILE_NAME))
-        self.log.cut(self.step)
-        (out / "config.json").write_text(json.dumps(to_plain(config), indent=2) + "\n", encoding="utf-8")
+        if saved is None:
+            self._start_from_mean()
+            self.average = {k: v.detach().clone() for k, v in self.model.state_dict().items()}
+            self._checkpoint.unlink(missing_ok=True)
+        else:
+            self._restore(saved)
+        checkpoints.remove_leftovers(self._checkpoint)
+        self.log = RunLog(out, self.step, config.tensorboard)
+        self.log.write({"step": self.step, "kind": "start", "commit": commit(), **versions()})
+        with atomic_path(out / CONFIG_FILE) as temporary:
+            temporary.write_text(json.dumps(to_plain(config), indent=2) + "\n", encoding="utf-8")
 
     def finish(self) -> Path:
         """Runs the remaining steps and writes the model."""
@@ -99,45 +133,72 @@ class Run:
         progress = tqdm(
             total=config.steps, initial=self.step, unit="step", disable=None, desc=config.name, leave=True
         )
-        started = time.monotonic()
-        for batch in self._batches():
-            terms = self._train_step(batch)
-            self.step += 1
-            last = self.step == config.steps
-            if self.step % 10 == 0 or last:
-                pace = (time.monotonic() - started) / 10
-                self.log.write({"step": self.step, "kind": "train", "seconds": round(pace, 3), **terms})
-                started = time.monotonic()
-            progress.set_postfix(loss=f"{terms['loss']:.3f}", refresh=False)
-            progress.update()
-            if self.step % config.validate_every == 0 or last:
-                self._validate()
-            if self.step % config.checkpoint_every == 0 or last:
-                self._save_checkpoint()
-        progress.close()
-        self.log.close()
-        return self._save_model()
+        with contextlib.closing(self.log), progress:
+            started, logged = time.monotonic(), self.step
+            for batch in self._batches():
+                terms = self.train_step(batch)
+                self.step += 1
+                last = self.step == config.steps
+                if self.step % _LOG_EVERY == 0 or last:
+                    pace = (time.monotonic() - started) / (self.step - logged)
+                    self.log.write({"step": self.step, "kind": "train", "seconds": round(pace, 3), **terms})
+                    started, logged = time.monotonic(), self.step
+                progress.set_postfix(loss=f"{terms['loss']:.3f}", refresh=False)
+                progress.update()
+                if self.step % config.validate_every == 0 or last:
+                    paused = time.monotonic()
+                    self._validate()
+                    started += time.monotonic() - paused
+                if self.step % config.checkpoint_every == 0 or last:
+                    self._save_checkpoint()
+        path = self.out / MODEL_FILE
+        card = make_card(config, self.training_set.records, self.best_metrics)
+        weights.save(path, self.best, card, half=True)
+        return path
+
+    @property
+    def _checkpoint(self) -> Path:
+        return self.out / checkpoints.FILE_NAME
 
     def _batches(self) -> Iterator[Batch]:
         config = self.config
         steps = range(self.step, config.steps)
         dataset = _Steps(self.training_set, config.seed, config.batch_size)
+        if not config.workers:
+            return (dataset[step] for step in steps)
+        # Forked workers share the panoramas' memory with this process.
+        forks = "fork" in multiprocessing.get_all_start_methods()
         loader = DataLoader(
             dataset,
             batch_size=None,
             sampler=steps,
             num_workers=config.workers,
-            prefetch_factor=4 if config.workers else None,
-            multiprocessing_context="fork" if config.workers else None,
+            prefetch_factor=4,
+            multiprocessing_context="fork" if forks else None,
         )
         return iter(loader)
 
-    def _train_step(self, batch: Batch) -> dict[str, float]:
+    @contextlib.contextmanager
+    def _seeded(self, seed: int) -> Iterator[None]:
+        """Chance from a seed alone; the caller's generators stay as they were."""
+        with torch.random.fork_rng([self.device] if self.device.type == "cuda" else []):
+            torch.manual_seed(seed)
+            yield
+
+    def _make_model(self) -> MixLightNet:
+        config, start = self.config, self.config.backbone_weights
+        with self._seeded(config.seed):
+            model = MixLightNet(config.model, pretrained=start == "imagenet")
+        if start not in WORDS:
+            weights.load_into(model.backbone, weights.load(start)[0], start)
+        return model
+
+    def train_step(self, batch: Batch) -> dict[str, float]:
+        """Does one optimiser step on a batch; returns the loss and its terms (the caller counts the step)."""
         config = self.config
         set_training_mode(self.model, config.optimiser)
         set_rate(self.optimiser, rate_share(self.step, config.steps, config.optimiser))
-        with torch.random.fork_rng():
-            torch.manual_seed(config.seed * 1_000_003 + self.step)
+        with self._seeded(config.seed * 1_000_003 + self.step):
             photo = batch.photo.to(self.device)
             with torch.autocast(self.device.type, torch.bfloat16, enabled=config.precision == "bfloat16"):
                 prediction, mean = self.model.relative(photo)
@@ -157,11 +218,25 @@ class Run:
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
         norm = torch.nn.utils.clip_grad_norm_(self.model.parameters(), config.optimiser.clip_norm)
-        if bool(norm.isfinite()):
+        if math.isfinite(float(norm)):
             self.optimiser.step()
+            self.skipped = 0
+        else:
+            self._skip(float(loss))
         self._update_average()
         values = {"loss": loss.detach(), "gradient": norm, **terms}
-        return {name: round(float(value), 5) for name, value in values.items()}
+        numbers = torch.stack([value.float() for value in values.values()]).tolist()
+        return {name: round(number, 5) for name, number in zip(values, numbers, strict=True)}
+
+    def _skip(self, loss: float) -> None:
+        """Leaves out a step whose gradient is not finite, in sight of the log; many in a row end the run."""
+        self.skipped += 1
+        self.log.write({"step": self.step + 1, "kind": "skipped", "loss": loss})
+        if self.skipped == _MOST_SKIPPED:
+            raise FloatingPointError(
+                f"{self.out}: expected finite gradients, got none in {_MOST_SKIPPED} steps up to "
+                f"{self.step + 1}; a lower learning_rate may help"
+            )
 
     @torch.no_grad()
     def _update_average(self) -> None:
@@ -176,11 +251,15 @@ class Run:
     def _validate(self) -> None:
         trained = {k: v.detach().clone() for k, v in self.model.state_dict().items()}
         self.model.load_state_dict(self.average)
-        metrics = self.validation.evaluate(self.model.cpu())
-        self.model.to(self.device).load_state_dict(trained)
+        metrics = self.validation.evaluate(self.model)
+        self.model.load_state_dict(trained)
         self.log.write(
             {"step": self.step, "kind": "validation", **{k: round(v, 5) for k, v in metrics.items()}}
         )
+        if not math.isfinite(metrics["score"]):
+            raise FloatingPointError(
+                f"{self.out}: expected a finite validation score, got {metrics['score']} at step {self.step}"
+            )
         if not self.best or metrics["score"] < self.best_metrics["score"]:
             self.best = {k: v.detach().clone() for k, v in self.average.items()}
             self.best_metrics = {**metrics, "step": float(self.step)}
@@ -189,7 +268,8 @@ class Run:
         """Sets the output biases to the mean photo-relative light of a few training batches."""
         energy, ambient, poses = [], [], []
         for k in range(_MEAN_BATCHES):
-            batch = self.training_set.batch(self.config.seed, -1 - k + 2**31, self.config.batch_size)
+            # Steps far beyond the run's own.
+            batch = self.training_set.batch(self.config.seed, 2**31 - 1 - k, self.config.batch_size)
             mean = mean_linear_colour(batch.photo)[:, None]
             energy.append(batch.anchor_energy / mean)
             ambient.append(batch.ambient / mean)
@@ -208,10 +288,26 @@ class Run:
             torch.cat(poses).mean(0),
         )
 
-    def _restore(self, saved: checkpoints.Checkpoint) -> None:
-        if saved.notes["config"] != json.loads(json.dumps(to_plain(self.config))):
+    def _saved(self) -> checkpoints.Checkpoint | None:
+        """The checkpoint to go on from, if there is one."""
+        if not self._checkpoint.is_file():
+            return None
+        saved = checkpoints.load(self._checkpoint)
+        if not {"config", "best_metrics"} <= saved.notes.keys():
+            raise ValueError(f"{self._checkpoint}: expected a checkpoint of a training run, got another")
+        changed = differences(saved.notes["config"], self.config)
+        if changed:
             raise ValueError(
-                f"{self.out}: holds a run with another config; choose another folder or remove its checkpoint"
+                f"{self.out}: holds a run with another config ({'; '.join(changed)}); choose another folder, "
+                "or start anew (--fresh)"
+            )
+        return saved
+
+    def _restore(self, saved: checkpoints.Checkpoint) -> None:
+        if saved.notes.get("data", self.data) != self.data:
+            raise ValueError(
+                f"{self.out}: holds a run on other panoramas than the tables list now; choose another "
+                "folder, or start anew (--fresh)"
             )
         self.step = saved.step
         self.model.load_state_dict(saved.model)
@@ -222,67 +318,17 @@ class Run:
 
     def _save_checkpoint(self) -> None:
         checkpoints.save(
-            self.out / checkpoints.FILE_NAME,
+            self._checkpoint,
             checkpoints.Checkpoint(
                 self.step,
                 self.model.state_dict(),
                 self.average,
                 self.best,
                 checkpoints.flatten_optimiser(self.optimiser),
-                {"config": to_plain(self.config), "best_metrics": self.best_metrics},
+                {
+                    "config": to_plain(self.config),
+                    "data": self.data,
+                    "best_metrics": self.best_metrics,
+                },
             ),
         )
-
-    def _save_model(self) -> Path:
-        state = {k: v.half() if v.dtype.is_floating_point else v for k, v in self.best.items()}
-        path = self.out / MODEL_FILE
-        weights.save(path, state, make_card(self.config, self.training_set, self.best_metrics))
-        return path
-
-
-def make_card(
-    config: TrainingConfig, training_set: TrainingSet, metrics: dict[str, float]
-) -> dict[str, Any]:
-    """The card that travels inside the weights: what they are, and what they were made from."""
-    plain = to_plain(config)
-    plain["tables"] = [Path(table).name for table in config.tables]
-    return {
-        "kind": "mixlight",
-        "name": config.name,
-        "settings": config.model.to_card(),
-        "frame": "mixlight: +X right, +Y up, -Z forward; the photo's azimuth is the map's centre",
-        "units": "radiance 1.0 is the photo's linear white",
-        "config": plain,
-        "commit": _commit(),
-        "data": {
-            "tables": plain["tables"],
-            "panoramas": len(training_set.records),
-            "by_category": _counts(record.category for record in training_set.records),
-        },
-        "validation": metrics,
-        "torch": torch.__version__,
-        "licence": "Apache-2.0; backbone initialised from EfficientNet-Lite0 (Apache-2.0, ImageNet)",
-    }
-
-
-def _counts(names: Iterator[str]) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for name in names:
-        counts[name] = counts.get(name, 0) + 1
-    return counts
-
-
-def _commit() -> str:
-    """The commit of the source tree that trains, or `unknown` outside a checkout."""
-    here = Path(__file__).parent
-    try:
-        found = subprocess.run(
-            ["git", "describe", "--always", "--dirty"], cwd=here, capture_output=True, text=True, check=True
-        )
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-    return found.stdout.strip()
-
-
-def _validation_records(records: list[PanoramaRecord]) -> list[PanoramaRecord]:
-    return select(records, "val")

@@ -1,4 +1,4 @@
-"""Learning-rate schedule and the split of parameters into groups."""
+"""Learning-rate schedule, the split of parameters into groups, and what is not trained."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ from mixlight.training.config import OptimiserSettings
 def rate_share(step: int, steps: int, settings: OptimiserSettings) -> float:
     """Share of the peak rate at a step: linear warm-up, then half a cosine down to `final_share`.
 
+    Args:
+        step: number of steps done before this one.
+        steps: number of steps of the run.
+        settings: warm-up and final share.
+
     >>> settings = OptimiserSettings(warmup_steps=10, final_share=0.0)
     >>> [round(rate_share(step, 110, settings), 3) for step in (0, 9, 10, 60, 110)]
     [0.1, 1.0, 1.0, 0.5, 0.0]
@@ -25,7 +30,9 @@ def rate_share(step: int, steps: int, settings: OptimiserSettings) -> float:
 
 
 def freeze(model: MixLightNet, settings: OptimiserSettings) -> None:
-    """Takes the first `frozen_share` of the backbone's parameter tensors out of training."""
+    """Takes the first `frozen_share` of the backbone's parameter tensors, from the input on, out of
+    training.
+    """
     tensors = list(model.backbone.parameters())
     for tensor in tensors[: round(settings.frozen_share * len(tensors))]:
         tensor.requires_grad_(False)
@@ -58,7 +65,10 @@ def set_rate(optimiser: optim.Optimizer, share: float) -> None:
 
 
 def set_training_mode(model: MixLightNet, settings: OptimiserSettings) -> None:
-    """Training mode; batch norms of the backbone keep their statistics where the settings say so."""
+    """Training mode; batch norms of the backbone keep their statistics where the settings say so.
+
+    Their scales and offsets are trained all the same.
+    """
     model.train()
     if settings.freeze_norms:
         for module in model.backbone.modules():

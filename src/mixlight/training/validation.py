@@ -19,6 +19,8 @@ from mixlight.network.model import MixLightNet
 from mixlight.render.spheres import SphereRenderer
 
 SPHERES = ("diffuse", "matte", "mirror")
+"""Order of the spheres in every table of errors."""
+
 _CHUNK = 16
 _SCORE_WEIGHTS = {"real": 2.0, "rooms": 1.0}
 
@@ -26,7 +28,16 @@ _SCORE_WEIGHTS = {"real": 2.0, "rooms": 1.0}
 def predicted_environments(
     prediction: Prediction, sharpness: float, height: int = 128
 ) -> Float[Tensor, "batch height width 3"]:
-    """Environment maps of a batch of predictions (ambient clamped at 0, plus lobes)."""
+    """Environment maps of a batch of predictions: ambient light clamped at 0, plus lobes.
+
+    Args:
+        prediction: light in the photo's exposure, or any other unit.
+        sharpness: angular size s of the lobes.
+        height: rows of the maps.
+
+    Raises:
+        ValueError: light that is not finite.
+    """
     return torch.stack(
         [
             Lighting(ambient=ambient, energy=energy, sharpness=sharpness).environment(height)
@@ -40,7 +51,13 @@ def score_spheres(
     predicted: Float[Tensor, "batch height width 3"],
     true: Float[Tensor, "batch height width 3"],
 ) -> Float[Tensor, "batch 2 3"]:
-    """RMSE and si-RMSE of the three spheres (protocol M: linear, unclipped, over pixels and channels)."""
+    """RMSE and si-RMSE (axis 1) of the three spheres (axis 2).
+
+    Protocol M: linear, unclipped, over the sphere's pixels and channels, in the maps' units.
+
+    Raises:
+        ValueError: maps that are not 2:1.
+    """
     images, truth = renderer.render(predicted), renderer.render(true)
     mask = renderer.mask
     rows = []
@@ -60,10 +77,17 @@ class ValidationSet:
         room_azimuths: int = 2,
         renderer: SphereRenderer | None = None,
     ) -> None:
-        """Real panoramas are seen at 8 azimuths, rendered rooms at `room_azimuths`.
+        """Takes the photos, once and for all.
+
+        Args:
+            records: panoramas that are not trained on.
+            canonical: the view that the network takes.
+            room_azimuths: views of each rendered room; real panoramas are seen at 8 azimuths.
+            renderer: of the spheres; one of 64 pixels if not given.
 
         Raises:
-            ValueError: no record to validate on.
+            ValueError: no record to validate on, or none with light in it.
+            OSError: a panorama cannot be read.
         """
         rooms = [r for r in records if r.category == "room"]
         real = [r for r in records if r.category != "room"]
@@ -72,26 +96,28 @@ class ValidationSet:
             self.samples["real"] = collect(real, canonical)
         if rooms and room_azimuths:
             self.samples["rooms"] = collect(rooms, canonical, room_azimuths)
+        self.samples = {kind: samples for kind, samples in self.samples.items() if samples}
         if not self.samples:
-            raise ValueError("expected at least one panorama with split val, got none")
+            raise ValueError("expected at least one panorama with split val and light in it, got none")
         self.renderer = renderer or SphereRenderer(resolution=64)
 
     @torch.no_grad()
     def evaluate(self, model: MixLightNet) -> dict[str, float]:
-        """Medians of all six cells for each kind, and `score`, the number that chooses a model (lower is better).
+        """Medians of all six cells for each kind, and `score`, which chooses a model (lower is better).
 
-        The score is a geometric mean, so that no bright scene rules it: over the RMSE and si-RMSE of the diffuse
-        sphere and, at a quarter of its weight, the matte one; over all views of a kind; real panoramas count twice
-        as much as rendered rooms.
+        The score is a geometric mean, so that no bright scene rules it: over the RMSE and si-RMSE of the
+        diffuse sphere and, at a quarter of its weight, the matte one; over all views of a kind; real
+        panoramas count twice as much as rendered rooms.
         """
         model.eval()
+        device = next(model.parameters()).device
         result: dict[str, float] = {}
         total = weight = 0.0
         for kind, samples in self.samples.items():
             errors = []
             for start in range(0, len(samples), _CHUNK):
                 chunk = samples[start : start + _CHUNK]
-                prediction = model(torch.stack([s.photo for s in chunk]))
+                prediction = model(torch.stack([s.photo for s in chunk]).to(device)).to("cpu")
                 predicted = predicted_environments(prediction, model.settings.sharpness)
                 true = torch.stack([s.environment for s in chunk])
                 errors.append(score_spheres(self.renderer, predicted, true))

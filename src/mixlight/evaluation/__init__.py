@@ -1,0 +1,1 @@
+"""How methods are compared: protocols, floors and the ceiling of the representation."""
