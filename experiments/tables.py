@@ -2,8 +2,8 @@
 
     python experiments/tables.py
 
-Fills each block between `<!-- table NAME -->` and `<!-- /table -->` of README.md and docs/*.md from the JSON files of
-experiments/results. A block whose file is not there yet is left empty.
+Fills each block between `<!-- table NAME -->` and `<!-- /table -->` of README.md and docs/*.md from the JSON
+files of experiments/results. A block whose file is not there yet is left empty.
 `tests/test_docs.py` fails when a block is not what this would write.
 """
 
@@ -268,9 +268,10 @@ def accuracy() -> str:
                 f"{name}: median error of the camera's pitch {pose['pitch_error_deg']:.1f}°, "
                 f"of its roll {pose['roll_error_deg']:.1f}°.\n"
             )
+    unseen = " that were neither trained on nor chosen by" if found["split"] == "test" else ""
     about = (
-        f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of {found['panoramas']} "
-        f"panoramas ({', '.join(found['categories'])}) that were neither trained on nor chosen by. "
+        f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of "
+        f"{found['panoramas']} panoramas ({', '.join(found['categories'])}){unseen}. "
         "Errors of three spheres, linear, in the photo's exposure: median (mean).\n"
     )
     return "\n".join([about, _table(("light", *CELL_NAMES), rows), *poses])
