@@ -2,21 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 from jaxtyping import Float
 from torch import Tensor
-
-
-def safe_sqrt(squared: Float[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:
-    """Square root whose gradient at 0 is 0 instead of infinite; inputs are >= 0.
-
-    >>> x = torch.tensor([0.0, 4.0], requires_grad=True)
-    >>> safe_sqrt(x).sum().backward()
-    >>> x.grad.tolist()
-    [0.0, 0.25]
-    """
-    positive = squared > 0
-    return torch.where(positive, torch.where(positive, squared, 1.0).sqrt(), 0.0)
 
 
 def rmse_and_si_rmse(
@@ -63,7 +53,8 @@ def rmse_and_si_rmse(
     power = predicted.square().sum((-2, -1))
     lit = power > 0
     scale = torch.where(lit, product / torch.where(lit, power, 1.0), 0.0)
-    mean_square = (predicted - true).square().sum((-2, -1)) / count
-    # The residual itself, not <g, g> - <p, g>²/<p, p>: that difference loses all digits of a good fit.
-    scaled = (scale[..., None, None] * predicted - true).square().sum((-2, -1)) / count
-    return safe_sqrt(mean_square), safe_sqrt(scaled)
+    # Norms of the residuals themselves, not <g, g> - <p, g>²/<p, p>: that loses all digits of a good fit.
+    # Their gradient at 0 is 0, where that of a square root would be infinite.
+    error = torch.linalg.vector_norm(predicted - true, dim=(-2, -1))
+    scaled = torch.linalg.vector_norm(scale[..., None, None] * predicted - true, dim=(-2, -1))
+    return error / math.sqrt(count), scaled / math.sqrt(count)

@@ -11,18 +11,20 @@ from torch import Tensor, nn
 from mixlight.light.compare import rmse_and_si_rmse
 from mixlight.light.transport import MATERIALS, sphere_matrix
 
-_LOST_SHARE = 0.01
-"""Directions of picture space are dropped while no texel loses more than this share of the mean
-texel's effect. Errors are orthogonal, so an RMSE changes by less than 1e-4 of itself."""
-
 
 class SphereLoss(nn.Module):
     """RMSE and si-RMSE of small diffuse, matte and mirror spheres under predicted and true light.
 
-    RMSE and si-RMSE are made of inner products of pictures, which an orthonormal change of basis
-    keeps: with T = U S V^T the transport matrix of a sphere, |T x| = |U_r^T T x| up to the directions
-    that light hardly reaches. So the loss multiplies with U_r^T T (about 100, 350 and all 812 rows of
-    the diffuse, matte and mirror sphere) instead of with T, at half the cost; see `encode`.
+    A picture is the product of a dense transport matrix with the map. The matrix commutes with mirroring
+    left to right and top to bottom, so maps and pictures are first split, orthonormally, into the four
+    parts that are even or odd under both mirrorings. Each part has a matrix of a quarter of the rows and
+    columns: a quarter of the work, nothing approximated. RMSE and si-RMSE are made of inner products, which
+    the split keeps, so pictures need not be put together again.
+
+    Agreement with `SphereRenderer` on the same map, relative RMS: diffuse 5e-4, matte 1e-2, mirror 4e-2.
+    Against protocol M on full maps (128x256 texels, 128² pixels) the errors between real
+    panoramas come out at .99 to 1.00 (diffuse), .91 (matte) and .61 (mirror) of their value: small
+    pictures blur what a mirror shows, and truth and prediction alike.
 
     Under autocast it computes in float32 all the same: HDR light does not fit into bfloat16.
 
@@ -31,59 +33,68 @@ class SphereLoss(nn.Module):
     shows .8 against .72, RMSE .08 and si-RMSE 0.
     """
 
-    factor: Tensor
-    """[rank, texels]: the three spheres' matrices in the reduced basis, stacked."""
+    transport: Tensor
+    """[4 symmetries, 3 * pixels / 4, texels / 4]: transport of a quarter picture from a quarter map."""
 
     def __init__(self, height: int = 32, resolution: int = 32) -> None:
-        """Build (or take from this process's cache) the matrices: a second or two.
+        """Build the matrices, or take them from this process's cache; the first time takes two seconds.
 
         Args:
-            height: Rows of the environment maps; their width is twice that.
-            resolution: Width and height of each sphere's picture.
+            height: Rows of the environment maps, even; their width is twice that.
+            resolution: Width and height of each sphere's picture, even.
+
+        Raises:
+            ValueError: If a size is odd or below 2.
         """
         super().__init__()
-        factors, self.pixels = _factors(height, resolution)
+        if height < 2 or resolution < 2 or height % 2 or resolution % 2:
+            raise ValueError(
+                f"expected even sizes of at least 2, got height {height}, resolution {resolution}"
+            )
         self.height = height
-        self.ranks = [len(factor) for factor in factors]
-        self.register_buffer("factor", torch.cat(factors), persistent=False)
+        self.register_buffer("transport", _symmetric_transport(height, resolution).clone(), persistent=False)
 
     def encode(
         self, environment: Float[Tensor, "*batch height width channels"]
-    ) -> Float[Tensor, "*batch rank channels"]:
-        """The spheres' pictures as coordinates in the reduced basis, all three behind one another.
+    ) -> Float[Tensor, "*batch 3 pixels channels"]:
+        """The pictures of the three spheres, as their parts of each symmetry behind one another.
 
-        Linear, and cheap to precompute: the coordinates of a truth never change, and those of a light
-        that is a sum of fixed maps are that sum of the maps' coordinates:
+        Any inner product of two such codes is that of the pictures. Linear, so that what is known can be
+        computed in advance: the code of a truth never changes, and for a light that is a sum of fixed maps
+        (maps: [height, width, K], one channel a parameter; parameters: [*batch, K, 3])
 
-            basis = loss.encode(maps)          # maps [height, width, K]: one channel a parameter
-            coordinates = basis @ parameters   # parameters [*batch, K, 3]
+            loss.encode(maps) @ parameters[..., None, :, :]
+
+        is the code of `maps @ parameters`.
 
         Raises:
             ValueError: If the map has not the size the loss was built for.
         """
-        shape = (self.height, 2 * self.height)
-        if environment.ndim < 3 or tuple(environment.shape[-3:-1]) != shape:
+        height, width = self.height, 2 * self.height
+        if environment.ndim < 3 or tuple(environment.shape[-3:-1]) != (height, width):
             raise ValueError(
-                f"expected an environment of shape [..., {shape[0]}, {shape[1]}, channels],"
+                f"expected an environment of shape [..., {height}, {width}, channels],"
                 f" got {tuple(environment.shape)}"
             )
         batch, channels = environment.shape[:-3], environment.shape[-1]
-        # One wide product instead of many narrow ones: batch and channels side by side.
-        columns = environment.reshape(-1, self.factor.shape[1], channels).transpose(0, 1).flatten(1)
+        # Batch and channels side by side: few wide products instead of many narrow ones.
+        columns = environment.reshape(-1, height, width, channels).movedim(0, 2).flatten(2)
         with torch.autocast(environment.device.type, enabled=False):
-            rows = self.factor @ columns.to(self.factor.dtype)
-        return rows.reshape(len(rows), -1, channels).transpose(0, 1).reshape(*batch, -1, channels)
+            rows = self.transport @ _split(columns.to(self.transport.dtype)).flatten(1, 2)
+        rows = rows.reshape(4, len(MATERIALS), -1, rows.shape[-1]).transpose(0, 1).flatten(1, 2)
+        return (
+            rows.reshape(*rows.shape[:2], -1, channels)
+            .movedim(2, 0)
+            .reshape(*batch, *rows.shape[:2], channels)
+        )
 
     def compare(
         self,
-        predicted: Float[Tensor, "*batch rank channels"],
-        true: Float[Tensor, "*batch rank channels"],
+        predicted: Float[Tensor, "*batch 3 pixels channels"],
+        true: Float[Tensor, "*batch 3 pixels channels"],
     ) -> tuple[Float[Tensor, "*batch 3"], Float[Tensor, "*batch 3"]]:
-        """RMSE and si-RMSE of each sphere, from the coordinates that `encode` gives."""
-        count = self.pixels * predicted.shape[-1]
-        spheres = zip(torch.split(predicted, self.ranks, -2), torch.split(true, self.ranks, -2), strict=True)
-        errors = [rmse_and_si_rmse(p, g, count) for p, g in spheres]
-        return torch.stack([e[0] for e in errors], -1), torch.stack([e[1] for e in errors], -1)
+        """RMSE and si-RMSE of each sphere, from what `encode` gives."""
+        return rmse_and_si_rmse(predicted, true)
 
     def forward(
         self,
@@ -94,27 +105,39 @@ class SphereLoss(nn.Module):
         return self.compare(self.encode(predicted), self.encode(true))
 
 
+def _split(image: Tensor) -> Tensor:
+    """Orthonormal parts [4, height / 2, width / 2, ...] of an image: even-even, even-odd, odd-even, odd-odd.
+
+    The first word is on mirroring top to bottom, the second on left to right.
+    """
+    top, bottom = image.chunk(2, 0)
+    bottom = bottom.flip(0)
+    parts = []
+    for half in (top + bottom, top - bottom):
+        left, right = half.chunk(2, 1)
+        right = right.flip(1)
+        parts += [left + right, left - right]
+    return torch.stack(parts) / 2
+
+
 @lru_cache(maxsize=2)
-def _factors(height: int, resolution: int) -> tuple[tuple[Tensor, ...], int]:
-    """U_r^T T of each sphere (read-only), and the number of pixels of its picture."""
-    factors = []
-    pixels = 0
+def _symmetric_transport(height: int, resolution: int) -> Tensor:
+    """The matrices of the four symmetries, float32 (read-only)."""
+    parts = []
     for material in MATERIALS:
         # The maps are energy-resized: their texels are means over areas, so the mirror sees areas too.
         matrix, mask = sphere_matrix(
             material,
             resolution,
             height,
-            pixel_supersample=8 if material.kind == "mirror" else 3,
+            pixel_supersample=8 if material.kind == "mirror" else 2,
             interpolation="nearest",
             dtype=torch.float64,
         )
-        pixels = int(mask.sum())
-        directions = torch.linalg.eigh(matrix @ matrix.T).eigenvectors.flip(1)
-        rows = directions.T @ matrix
-        # What is lost, for each texel, when only the first r rows are kept.
-        power = rows.square()
-        lost = (power.sum(0) - power.cumsum(0)).clamp(min=0)
-        rank = int((lost.amax(1) > _LOST_SHARE**2 * power.sum(0).mean()).sum()) + 1
-        factors.append(rows[:rank].float())
-    return tuple(factors), pixels
+        first_quarter = torch.zeros_like(mask)
+        first_quarter[: resolution // 2, : resolution // 2] = True
+        rows = matrix[first_quarter[mask]].reshape(-1, height, 2 * height)
+        # A map of one symmetry is its first quarter and three mirror images: the matrix's columns add up.
+        folded = 2 * _split(rows.permute(1, 2, 0))
+        parts.append(folded.flatten(1, 2).transpose(1, 2))
+    return torch.cat(parts, 1).float().contiguous()
