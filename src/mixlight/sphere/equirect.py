@@ -94,7 +94,8 @@ def rotate(
     Args:
         panorama: [..., H, W, C], W even.
         rotation: [3, 3] orthonormal, acts on column vectors of our frame (see `frames.rotation`).
-        supersample: Rays along each side of a pixel.
+        supersample: Rays along each side of a pixel. A lamp of 2 x 2 texels on 128 rows, turned at random,
+            changed its energy by a median of 1.7 % with 1, 0.16 % with 2 and 0.02 % with 4.
 
     Returns:
         [..., H, W, C], result(rotation @ d) = panorama(d).
