@@ -255,3 +255,26 @@ def test_the_table_of_frames_is_the_librarys() -> None:
         expected = [0, 0, 0]
         expected["XYZ".index(centre[-1])] = 1 if centre[0] == "+" else -1
         assert theirs == expected
+
+
+def test_the_table_of_harmonics_is_the_librarys() -> None:
+    import torch
+
+    from mixlight.light.harmonics import basis
+
+    ((_, *polynomials), (_, *factors)) = table(ROOT / "docs/conventions.md", "index")
+    x, y, z = (direction := torch.tensor([0.48, -0.6, 0.64], dtype=torch.float64)).tolist()
+    values = {"1": 1.0, "x": x, "y": y, "z": z, "xy": x * y, "yz": y * z, "xz": x * z}
+    values |= {"3z² − 1": 3 * z * z - 1, "x² − y²": x * x - y * y}
+    written = [float(factor) * values[name] for factor, name in zip(factors, polynomials, strict=True)]
+    assert basis(direction).tolist() == pytest.approx(written, abs=1e-6)
+
+
+def test_the_table_of_materials_is_the_librarys() -> None:
+    from mixlight.light.transport import MATERIALS
+
+    rows = table(ROOT / "docs/conventions.md", "sphere")
+    for (name, text), material in zip(rows, MATERIALS, strict=True):
+        assert name.startswith(material.name)
+        assert material.reflectance == float(re.findall(r"(?:albedo|reflectance) (\.\d+)", text)[0])
+        assert round(material.alpha, 3) == float((re.findall(r"= (\.\d+),", text) or ["0"])[0])
