@@ -128,6 +128,30 @@ def test_pixels_that_look_like_a_beginning_are_no_beginning(width: int) -> None:
     np.testing.assert_array_equal(literal_new(data, 9, width), pixels)
 
 
+@settings(max_examples=30)
+@given(
+    st.integers(1, 9), st.sampled_from([8, 60, 514, 700]), st.sampled_from([1, 3, 40]), st.integers(0, 2**31)
+)
+def test_walking_abreast_and_in_turn_agree(lines: int, width: int, run: int, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    pixels = patchy(generator, lines, width, run)
+    pixels[generator.random(pixels.shape) < 0.3] = 2
+    data = bytearray(encode(pixels))
+    if seed % 3 == 0:
+        data = data[: int(generator.integers(4, len(data)))]
+    if seed % 5 == 0:
+        data[int(generator.integers(4, len(data) + 1)) - 1] ^= 255
+    results = []
+    for few in (0, 10**6):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(runlength, "_FEW_LINES", few)
+            try:
+                results.append(decode(padded(bytes(data)), 0, lines, width))
+            except ValueError as error:
+                results.append(str(error))
+    np.testing.assert_array_equal(results[0], results[1])
+
+
 def test_codes_of_other_encoders_are_read() -> None:
     # Runs of one and two, literals of one: legal, though ours writes none of them.
     row = bytes([2, 2, 0, 8])

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float32, Shaped, UInt8, UInt64
+from jaxtyping import Bool, Float32, Shaped, UInt8
 
 from mixlight.image import container, exr, radiance
 from mixlight.image._array import Array
@@ -204,7 +204,6 @@ def _linear(
     is_float = samples.dtype == np.float32
     largest = 1 if is_float else int(np.iinfo(samples.dtype).max)
     tables = [] if is_float else _tables(stored, largest)
-    pairs = _pairs(tables[0]) if samples.dtype == np.uint8 and len(tables) == 1 else None
     matrix = stored.profile.matrix if stored.profile is not None else None
     rows = max(1, 2**16 // samples.shape[1])
     for row in range(0, len(samples), rows):
@@ -213,7 +212,7 @@ def _linear(
         if is_float:
             out[:] = colour
         elif len(tables) == 1 and not grey:
-            _look_up(tables[0], pairs, colour, out)
+            np.take(tables[0], colour, mode="clip", out=out)
         else:
             for channel in range(3):
                 out[..., channel] = tables[channel % len(tables)][colour[..., 0 if grey else channel]]
@@ -232,23 +231,3 @@ def _tables(stored: Stored, largest: int) -> list[Float32[Array, " levels"]]:
     if stored.gamma is not None:
         return [(encoded**stored.gamma).astype(np.float32)]
     return [srgb_to_linear(encoded).astype(np.float32)]
-
-
-def _pairs(table: Float32[Array, "256"]) -> UInt64[Array, "65536"]:
-    """What two bytes that lie side by side become, as one word: half as many look-ups."""
-    pair = np.arange(2**16, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
-    return np.asarray(table[pair].view(np.uint64)[:, 0])
-
-
-def _look_up(
-    table: Float32[Array, " levels"],
-    pairs: UInt64[Array, "65536"] | None,
-    samples: Shaped[Array, "rows columns 3"],
-    out: Float32[Array, "rows columns 3"],
-) -> None:
-    """`out` = `table` at `samples`, where `out` lies in one piece."""
-    if pairs is None or samples.size % 2:
-        np.take(table, samples, mode="clip", out=out)
-    else:
-        words = np.ascontiguousarray(samples).reshape(-1).view(np.uint16)
-        np.take(pairs, words, mode="clip", out=out.reshape(-1).view(np.uint64))

@@ -5,13 +5,20 @@ from jaxtyping import Float, Float32, UInt8
 
 from mixlight.image._array import Array
 
-__all__ = ["LARGEST", "decode", "encode"]
+__all__ = ["DARKEST", "LARGEST", "decode", "encode"]
 
 LARGEST = 255.5 * 2.0**119
 """Values from here on have no place in the format (8.5e37 times two: exponents end at 2^127)."""
 
-_SCALE = np.where(np.arange(256) == 0, 0.0, np.ldexp(1.0, np.arange(256) - 136)).astype(np.float32)
-_BATCH = 2**18  # pixels whose temporaries stay in the cache
+DARKEST = 2.0**-120
+"""Brightest channels below this (7.5e-37) are written as black."""
+
+_VALUE_OF_STEP = np.where(np.arange(256) == 0, 0.0, np.ldexp(1.0, np.arange(256) - 136)).astype(np.float32)
+_STORED = np.arange(256)
+_VISIBLE = _STORED >= 7  # 2^-120; below it the factor would not be a float32
+_STEPS_OF_EXPONENT = np.where(_VISIBLE, np.ldexp(1.0, 134 - np.maximum(_STORED, 7)), 0.0).astype(np.float32)
+_BYTE_OF_EXPONENT = np.where(_VISIBLE, _STORED + 2, 0).astype(np.uint8)
+_BATCH = 2**16  # pixels whose temporaries stay in the cache
 
 
 def decode(pixels: UInt8[Array, "height width 4"]) -> Float32[Array, "height width 3"]:
@@ -29,14 +36,17 @@ def decode(pixels: UInt8[Array, "height width 4"]) -> Float32[Array, "height wid
     rows = max(1, _BATCH // max(pixels.shape[1], 1))
     for row in range(0, len(pixels), rows):
         part = pixels[row : row + rows]
-        np.multiply(part[..., :3], _SCALE[part[..., 3]][..., None], out=values[row : row + rows])
+        step = _VALUE_OF_STEP[part[..., 3]]
+        for channel in range(3):
+            np.multiply(part[..., channel], step, out=values[row : row + rows, :, channel])
     return values
 
 
 def encode(values: Float[Array, "height width 3"]) -> UInt8[Array, "height width 4"]:
-    """The nearest pixels to values, so that the brightest channel is off by at most 1/256 of itself.
+    """The nearest pixels to values, so that a channel is off by at most 1/255 of the brightest one.
 
-    Pixels below 2^-128 become black.
+    Pixels whose brightest channel is below 2^-120 become black. The result lies in memory channel by channel
+    within each row, as the run-length coding takes it.
 
     Raises:
         ValueError: NaN, negative or infinite values, or values of 1.7e38 and more.
@@ -44,20 +54,21 @@ def encode(values: Float[Array, "height width 3"]) -> UInt8[Array, "height width
     >>> encode(np.array([[[1.0, 0.5, 0.0]]]))[0, 0].tolist()
     [128, 64, 0, 129]
     """
-    pixels = np.zeros((*values.shape[:2], 4), dtype=np.uint8)
-    rows = max(1, _BATCH // max(values.shape[1], 1))
-    for row in range(0, len(values), rows):
+    height, width = values.shape[:2]
+    planes = np.empty((height, 4, width), dtype=np.uint8)
+    rows = max(1, _BATCH // max(width, 1))
+    for row in range(0, height, rows):
         part = np.asarray(values[row : row + rows], dtype=np.float32)
         low, high = part.min(initial=0.0), part.max(initial=0.0)  # NaN passes through both
         if not (low >= 0.0 and high < LARGEST):
             received = "NaN" if np.isnan(low) else f"{low if low < 0.0 else high:g}"
             raise ValueError(f"expected finite values from 0 to below {LARGEST:.3g}, received {received}")
-        brightest = part.max(axis=-1)
-        # 2^e > brightest * 256/255.5, so that no mantissa rounds up to 256.
-        exponent = np.frexp(brightest * np.float32(256.0 / 255.5))[1]
-        visible = (brightest > 0.0) & (exponent >= -127)
-        exponent = np.where(visible, exponent, 0)
-        mantissas = np.rint(np.ldexp(part, (8 - exponent)[..., None]))
-        pixels[row : row + rows, :, :3] = np.where(visible[..., None], mantissas, 0.0)
-        pixels[row : row + rows, :, 3] = np.where(visible, exponent + 128, 0)
-    return pixels
+        brightest = np.maximum(np.maximum(part[..., 0], part[..., 1]), part[..., 2])
+        # float32 stores 2^(b - 127) <= x < 2^(b - 126). With x = brightest * 256/255.5 no mantissa rounds up
+        # to 256, and the mantissas are value * 2^(134 - b).
+        exponent = (brightest * np.float32(256.0 / 255.5)).view(np.uint32) >> 23
+        steps = _STEPS_OF_EXPONENT[exponent]
+        for channel in range(3):
+            np.add(part[..., channel] * steps, 0.5, out=planes[row : row + rows, channel], casting="unsafe")
+        planes[row : row + rows, 3] = _BYTE_OF_EXPONENT[exponent]
+    return planes.transpose(0, 2, 1)

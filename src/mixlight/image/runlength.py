@@ -7,7 +7,8 @@ Old: pixels of four bytes; (1, 1, 1, n) repeats the pixel before n times, direct
 
 Where a code begins is known only when the code before it is. The new coding is therefore walked for all
 scanlines abreast, one code a step: the scanlines' first bytes are found by their 2 2 hi lo, and those that
-are no beginnings but pixels that look alike drop out, because no scanline before them ends there.
+are no beginnings but pixels that look alike drop out, because no scanline before them ends there. Where the
+scanlines are few, or such pixels many, a plain loop over the codes is faster.
 
 Source: G. Ward, "Real Pixels", Graphics Gems II, 1991, and the Radiance file format reference.
 """
@@ -23,14 +24,14 @@ MIN_WIDTH, MAX_WIDTH = 8, 32767
 """Scanlines of these widths are written in the new coding, others flat."""
 
 PADDING = 260
-"""Zero bytes that must follow the data handed to `decode`: a step may look that far beyond a truncated end.
-"""
+"""Zero bytes that must follow the data handed to `decode`: a step may look that far beyond its end."""
 
 _CODE = np.arange(256)
 _COUNT = np.where(_CODE > 128, _CODE - 128, _CODE)  # bytes that a code yields
 _ADVANCE = np.where(_CODE > 128, 2, _CODE + 1)  # bytes that it takes
 _REPEAT = np.where(_CODE > 128, _CODE - 128, 1).astype(np.uint8)  # how often the byte behind it comes out
 _MIN_RUN, _MAX_RUN, _MAX_LITERAL = 4, 127, 128
+_FEW_LINES = 300
 
 
 def decode(data: UInt8[Array, " bytes"], start: int, lines: int, width: int) -> UInt8[Array, "lines width 4"]:
@@ -64,34 +65,19 @@ def _decode_new(
     least = lines * (4 + 4 * 2 * -(-width // _MAX_RUN))  # four components of full runs in each scanline
     if size - start < least:
         raise ValueError(f"expected at least {least} bytes of pixels, received {size - start} (truncated)")
+    repeats = np.ones(len(data), dtype=np.uint8)  # how often each byte of the file comes out
     found = _line_starts(data[:size], start, width)
-    repeats = np.ones(len(data), dtype=np.uint8)
-    ends = _walk(data, repeats, found, width, size)
-    end_of = dict(zip(found.tolist(), ends.tolist(), strict=True))
-    line_starts = [start]
-    for line in range(lines):
-        end = end_of.get(line_starts[-1])
-        if end is None or end < 0:
-            if line_starts[-1] + 4 > size or (end is not None and -end >= size):
-                raise ValueError(f"expected {lines} scanlines, received {line} and a part (truncated)")
-            what = "no mark of its beginning" if end is None else "codes that do not fit its width"
-            raise ValueError(
-                f"expected run-length coded scanline {line + 1} of {lines}, received {what} (corrupt)"
-            )
-        line_starts.append(end)
-    bounds = np.array(line_starts)
-    if len(found) > lines:
-        # Pixels that looked like a scanline's beginning have left notes where they do not belong.
-        repeats.fill(1)
-        _walk(data, repeats, bounds[:-1], width, size)
-    pixels = np.empty((lines, width, 4), dtype=np.uint8)
+    if lines < _FEW_LINES or len(found) > 4 * lines:
+        bounds = _walk_in_turn(data, repeats, start, lines, width)
+    else:
+        bounds = _walk_abreast(data, repeats, found, lines, width)
+    planes = np.empty((lines, 4, width), dtype=np.uint8)
     batch = max(1, 2**18 // width)  # scanlines that fit the cache
     for line in range(0, lines, batch):
         end_line = min(line + batch, lines)
         first, last = bounds[line], bounds[end_line]
-        planes = np.repeat(data[first:last], repeats[first:last]).reshape(-1, 4, width)
-        pixels[line:end_line] = planes.transpose(0, 2, 1)
-    return pixels
+        planes[line:end_line] = np.repeat(data[first:last], repeats[first:last]).reshape(-1, 4, width)
+    return planes.transpose(0, 2, 1)
 
 
 def _line_starts(data: UInt8[Array, " bytes"], start: int, width: int) -> Int64[Array, " found"]:
@@ -102,20 +88,77 @@ def _line_starts(data: UInt8[Array, " bytes"], start: int, width: int) -> Int64[
     return found
 
 
-def _walk(
+def _walk_in_turn(
+    data: UInt8[Array, " padded"], repeats: UInt8[Array, " padded"], start: int, lines: int, width: int
+) -> Int64[Array, " bounds"]:
+    """Follows the codes one after the other; returns where each scanline begins, and the end of the last."""
+    source, size = data.tobytes(), len(data) - PADDING
+    mark = bytes((2, 2, width >> 8, width & 255))
+    bounds, codes = [start], []
+    position = start
+    for line in range(lines):
+        if source[position : position + 4] != mark:
+            raise _broken(line, lines, position + 4 > size, marked=False)
+        position += 4
+        for _ in range(4):
+            left = width
+            while left > 0:
+                code = source[position]
+                codes.append(position)
+                if code > 128:
+                    left -= code - 128
+                    position += 2
+                else:
+                    left -= code or width + 1
+                    position += code + 1
+                if position > size:
+                    raise _broken(line, lines, True, marked=True)
+            if left:
+                raise _broken(line, lines, False, marked=True)
+        bounds.append(position)
+    ends = np.array(bounds)
+    _note_codes(data, repeats, np.array(codes, dtype=np.int64))
+    _note_marks(repeats, ends[:-1])
+    return ends
+
+
+def _walk_abreast(
+    data: UInt8[Array, " padded"],
+    repeats: UInt8[Array, " padded"],
+    found: Int64[Array, " found"],
+    lines: int,
+    width: int,
+) -> Int64[Array, " bounds"]:
+    """The same for all marks at once; of their ends, the chain from the first mark counts."""
+    size = len(data) - PADDING
+    ends = _ends(data, repeats, found, width)
+    end_of = dict(zip(found.tolist(), ends.tolist(), strict=True))
+    bounds = [int(found[0])]
+    for line in range(lines):
+        end = end_of.get(bounds[-1])
+        if end is None:
+            raise _broken(line, lines, bounds[-1] + 4 > size, marked=False)
+        if end < 0:
+            raise _broken(line, lines, -end > size, marked=True)
+        bounds.append(end)
+    starts = np.array(bounds)
+    if len(found) > lines:
+        # Pixels that looked like a scanline's beginning have left notes where they do not belong.
+        repeats.fill(1)
+        _ends(data, repeats, starts[:-1], width)
+    return starts
+
+
+def _ends(
     data: UInt8[Array, " padded"],
     repeats: UInt8[Array, " padded"],
     starts: Int64[Array, " found"],
     width: int,
-    size: int,
 ) -> Int64[Array, " found"]:
-    """Follows the codes of all scanlines abreast; notes in `repeats` how often each byte comes out.
-
-    Returns where each scanline ends, or minus the position where it breaks.
-    """
-    ends = np.full(len(starts), -1, dtype=np.int64)
-    for offset in range(4):
-        repeats[starts + offset] = 0
+    """Where the scanlines that begin at `starts` end; minus the position where one breaks."""
+    size = len(data) - PADDING
+    ends = np.zeros(len(starts), dtype=np.int64)
+    _note_marks(repeats, starts)
     row = np.arange(len(starts))
     position = starts + 4
     left = np.full(len(starts), width)  # bytes still missing from the present component
@@ -124,27 +167,43 @@ def _walk(
         code = data[position]
         count = _COUNT[code]
         left -= count
-        broken = (left < 0) | (count == 0) | (position >= size)
+        _note_codes(data, repeats, position)
+        position += _ADVANCE[code]
+        broken = (left < 0) | (count == 0) | (position > size)
         if broken.any():
             ends[row[broken]] = -position[broken]
             good = ~broken
-            row, position, left, component, code = (a[good] for a in (row, position, left, component, code))
-        repeats[position] = 0
-        repeats[position + 1] = _REPEAT[code]
-        position += _ADVANCE[code]
+            row, position, left, component = (a[good] for a in (row, position, left, component))
         full = np.flatnonzero(left == 0)
         if len(full):
             left[full] = width
             component[full] += 1
-            finished = component[full] == 4
-            if finished.any():
-                done = full[finished]
-                at = position[done]
-                ends[row[done]] = np.where(at <= size, at, -at)
+            done = full[component[full] == 4]
+            if len(done):
+                ends[row[done]] = position[done]
                 keep = np.ones(len(row), dtype=bool)
                 keep[done] = False
                 row, position, left, component = (a[keep] for a in (row, position, left, component))
     return ends
+
+
+def _note_marks(repeats: UInt8[Array, " padded"], starts: Int64[Array, " found"]) -> None:
+    for offset in range(4):
+        repeats[starts + offset] = 0
+
+
+def _note_codes(
+    data: UInt8[Array, " padded"], repeats: UInt8[Array, " padded"], position: Int64[Array, " codes"]
+) -> None:
+    repeats[position] = 0
+    repeats[position + 1] = _REPEAT[data[position]]
+
+
+def _broken(line: int, lines: int, truncated: bool, *, marked: bool) -> ValueError:
+    if truncated:
+        return ValueError(f"expected {lines} scanlines, received {line} and a part (truncated)")
+    what = "codes that do not fit its width" if marked else "no mark of its beginning"
+    return ValueError(f"expected run-length coded scanline {line + 1} of {lines}, received {what} (corrupt)")
 
 
 def _decode_old(data: UInt8[Array, " bytes"], lines: int, width: int) -> UInt8[Array, "lines width 4"]:
