@@ -1,8 +1,9 @@
 """MixLight: one indoor photo in, the scene's HDR light out.
 
-The light is ambient light in spherical harmonics plus sparse spherical Gaussians for the sources, in the photo's own
-exposure (`docs/conventions.md`). The names below are the whole public surface; the folders under them are public too
-and as stable as their version says. Nothing is imported before it is used, so `import mixlight` is instant.
+The light is ambient light in spherical harmonics plus sparse spherical Gaussians for the sources, in the
+photo's own exposure (`docs/conventions.md`). The names below are the whole public surface; the folders under
+them are public too and as stable as their version says. Nothing is imported before it is used, so `import
+mixlight` is instant.
 """
 
 from importlib import import_module
