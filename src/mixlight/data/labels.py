@@ -11,7 +11,7 @@ from pathlib import Path
 import torch
 from jaxtyping import Float
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save as to_bytes
 from torch import Tensor
 
 from mixlight.image.atomic import atomic_path
@@ -127,12 +127,16 @@ def make_labels(panorama: Float[Tensor, "height width 3"], settings: LabelSettin
 
 
 def cached_labels(
-    path: Path, panorama: Float[Tensor, "height width 3"], settings: LabelSettings, cache: Path
+    path: Path,
+    panorama: Float[Tensor, "height width 3"],
+    settings: LabelSettings,
+    cache: Path,
+    variant: str = "",
 ) -> LightLabels:
     """Reads the labels of a panorama file from the cache, or makes them and leaves them there.
 
-    The key holds the file's content, the size it was loaded at, every setting and the version of this module,
-    so that a changed file or setting is never served old labels. A damaged entry is made anew. A cache that
+    The key holds the file's content, the size it was loaded at, what was made of it since (`variant`), every
+    setting and the version of this module, so that a changed file or setting is never served old labels. A damaged entry is made anew. A cache that
     cannot be written costs time only, and a warning in the log.
 
     Raises:
@@ -141,7 +145,7 @@ def cached_labels(
     """
     with path.open("rb") as content:
         digest = hashlib.file_digest(content, "sha256")
-    key = (_VERSION, tuple(panorama.shape), [getattr(settings, f.name) for f in fields(settings)])
+    key = (_VERSION, variant, tuple(panorama.shape), [getattr(settings, f.name) for f in fields(settings)])
     digest.update(repr(key).encode())
     entry = cache / f"{path.stem}-{digest.hexdigest()[:16]}.safetensors"
     try:
@@ -155,7 +159,8 @@ def cached_labels(
     try:
         cache.mkdir(parents=True, exist_ok=True)
         with atomic_path(entry) as temporary:
-            save_file({f.name: getattr(labels, f.name).contiguous() for f in fields(labels)}, temporary)
+            tensors = {f.name: getattr(labels, f.name).contiguous() for f in fields(labels)}
+            temporary.write_bytes(to_bytes(tensors))
     except (SafetensorError, OSError) as error:
         _LOG.warning("%s: labels are not kept (%s)", cache, error)
     return labels

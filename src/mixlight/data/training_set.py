@@ -18,6 +18,7 @@ from mixlight.data.camera_model import GAIN_RANGE, CameraSettings, random_photo
 from mixlight.data.crops import CropSettings, frame_mask, random_crop, take_view
 from mixlight.data.labels import LabelSettings, LightLabels, cached_labels
 from mixlight.data.panoramas import PanoramaRecord, load_panorama
+from mixlight.data.viewpoints import moved, random_move
 from mixlight.network.canonical import CanonicalView
 from mixlight.sphere import equirect
 
@@ -54,10 +55,17 @@ class SamplingSettings:
     )
     """Relative frequency of one panorama of each category; 0 leaves the category out. Every category of the
     tables needs one."""
+    moved_real: int = 0
+    """Further viewpoints made from each real panorama but outdoor ones (`mixlight.data.viewpoints`)."""
+    moved_rooms: int = 0
+    """The same for each rendered room."""
     room_white_balance: tuple[float, float] = (0.6, 1.0)
     """Rendered rooms are not white-balanced: the share of their mean colour cast that is taken out."""
 
     def __post_init__(self) -> None:
+        for name in ("moved_real", "moved_rooms"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
         for category, weight in self.weights.items():
             if not weight >= 0:
                 raise ValueError(f"expected a weight of at least 0 for {category}, got {weight}")
@@ -114,15 +122,27 @@ class TrainingSet:
             raise ValueError(
                 f"expected training panoramas of a category with a weight in {dict(weights)}, got none"
             )
-        self.records = records
+        self.records: list[PanoramaRecord] = []
         self._panoramas: list[Tensor] = []
         self._labels: list[LightLabels] = []
+        shares = []
         for record in records:
             panorama = load_panorama(record.path)
-            self._labels.append(cached_labels(record.path, panorama, labels, cache))
-            # Half precision halves memory; light above its range still counts in the labels.
-            self._panoramas.append(panorama.clamp(max=6e4).half())
-        share = np.array([weights[r.category] for r in records], dtype=np.float64)
+            copies = self._copies(record)
+            for copy in range(1 + copies):
+                seen = panorama
+                if copy:
+                    # The file's name, not its place in the table, so that adding a row changes no other panorama.
+                    seed = (copy, *record.path.stem.encode())
+                    seen = moved(panorama, *random_move(np.random.default_rng(seed)))
+                self.records.append(record)
+                self._labels.append(
+                    cached_labels(record.path, seen, labels, cache, f"moved-{copy}" if copy else "")
+                )
+                # Half precision halves memory; light above its range still counts in the labels.
+                self._panoramas.append(seen.clamp(max=6e4).half())
+                shares.append(weights[record.category] / (1 + copies))
+        share = np.array(shares, dtype=np.float64)
         self._share = share / share.sum()
 
     def batch(self, seed: int, step: int, size: int) -> Batch:
@@ -161,6 +181,12 @@ class TrainingSet:
             f"{GAIN_RANGE[1]:g} can show, got none in {_TRIES} tries on this and other panoramas; are they "
             "almost black, or on another scale?"
         )
+
+    def _copies(self, record: PanoramaRecord) -> int:
+        """How many further viewpoints are made of a panorama; the sphere model does not fit the open."""
+        if record.category == "room":
+            return self.sampling.moved_rooms
+        return 0 if record.category == "outdoor" else self.sampling.moved_real
 
     def _white_balance(self, index: int, generator: np.random.Generator) -> Tensor:
         """Channel gains that take part of a rendered room's colour cast out, keeping the mean's luminance."""

@@ -49,6 +49,8 @@ class ModelSettings:
     """Columns of that grid."""
     dropout: float = 0.4
     """Dropout before and after the hidden layer."""
+    drop_path: float = 0.0
+    """Largest share of residual branches that are left out in training (EfficientNet-Lite0 only)."""
     sparse_mode: Mode = "masked"
     """Sparse layer: `masked`, `literal`, `sparsemax` or `none`."""
 
@@ -122,7 +124,8 @@ class MixLightNet(nn.Module):
         """
         super().__init__()
         self.settings = settings
-        self.backbone = backbones.create(settings.backbone, pretrained=pretrained)
+        options = {"drop_path": settings.drop_path} if settings.drop_path else {}
+        self.backbone = backbones.create(settings.backbone, pretrained=pretrained, **options)
         self.heads = LightHeads(
             self.backbone.channels,
             (settings.grid_rows, settings.grid_columns),
