@@ -4,7 +4,13 @@
 """
 
 from mixlight.loss.ambient import coefficient_loss, reconstruction_loss, rendering_loss
-from mixlight.loss.sources import colour_loss, distribution_loss, intensity_loss, masked_l1
+from mixlight.loss.sources import (
+    colour_loss,
+    concentration_loss,
+    distribution_loss,
+    intensity_loss,
+    masked_l1,
+)
 from mixlight.loss.spheres import SphereLoss
 from mixlight.loss.transport import SphericalSinkhorn
 
@@ -13,6 +19,7 @@ __all__ = [
     "SphericalSinkhorn",
     "coefficient_loss",
     "colour_loss",
+    "concentration_loss",
     "distribution_loss",
     "intensity_loss",
     "masked_l1",

@@ -75,6 +75,28 @@ def colour_loss(
     return (predicted - true).square().sum(-1)
 
 
+def concentration_loss(
+    predicted: Float[Tensor, "*batch anchors"], true: Float[Tensor, "*batch anchors"]
+) -> Float[Tensor, "*batch"]:
+    """How much further the predicted light is spread than the true one: max(0, ln(sum g^2 / sum p^2)).
+
+    1 / sum p^2 is the effective number of equal sources of a distribution that sums to 1. A network that is not
+    sure where the lamps are would rather light the whole ceiling a little, since that is wrong nowhere by
+    much; this asks it to commit to as few sources as there are.
+
+    Convention: natural logarithm. Four equal sources where there are two cost ln 2 = .693; fewer than there
+    are cost nothing.
+
+    >>> spread, pair = torch.tensor([0.25, 0.25, 0.25, 0.25]), torch.tensor([0.5, 0.5, 0.0, 0.0])
+    >>> round(concentration_loss(spread, pair).item(), 3), concentration_loss(pair, spread).item()
+    (0.693, 0.0)
+    """
+    _same(predicted, true)
+    floor = torch.finfo(predicted.dtype).tiny
+    powers = [p.square().sum(-1).clamp(min=floor).log() for p in (true, predicted)]
+    return (powers[0] - powers[1]).clamp(min=0)
+
+
 def _same(predicted: Tensor, true: Tensor) -> None:
     if predicted.shape != true.shape:
         raise ValueError(

@@ -30,6 +30,8 @@ class LossWeights:
     """Sinkhorn divergence of P (geodesic cost, radians)."""
     masked_l1: float = 0.1
     """|P| where the true P is 0."""
+    concentration: float = 0.5
+    """How much further P is spread than the true one."""
     intensity: float = 0.05
     """Squared error of log E."""
     colour: float = 0.5
@@ -98,7 +100,8 @@ class TotalLoss(nn.Module):
         self.register_buffer("lobe_maps", lobes.flatten(1).T.contiguous(), persistent=False)
         self.map_height = map_height
         self.sinkhorn = SphericalSinkhorn(axes)
-        self.sphere_loss = SphereLoss(map_height)
+        spheres = any(weights.spheres) or any(weights.spheres_si)
+        self.sphere_loss = SphereLoss(map_height) if spheres else None
 
     def environment(
         self, ambient: Float[Tensor, "batch 9 3"], anchor_energy: Float[Tensor, "batch anchors 3"]
@@ -151,6 +154,8 @@ class TotalLoss(nn.Module):
             terms["transport"] = self.sinkhorn(distribution, true_distribution)
         if weights.masked_l1:
             terms["masked_l1"] = source_losses.masked_l1(distribution, true_distribution)
+        if weights.concentration:
+            terms["concentration"] = source_losses.concentration_loss(distribution, true_distribution)
         if weights.intensity:
             terms["intensity"] = functional.smooth_l1_loss(
                 intensity.log(), true_intensity.log(), reduction="none"
@@ -160,7 +165,7 @@ class TotalLoss(nn.Module):
         for name in ("coefficients", "reconstruction", "rendering"):
             if getattr(weights, name):
                 terms[name] = _root(_AMBIENT[name](ambient, true_ambient))
-        if any(weights.spheres) or any(weights.spheres_si):
+        if self.sphere_loss is not None:
             energy = distribution[..., None] * (intensity[:, None] * colour)[:, None, :]
             rmse, si_rmse = self.sphere_loss(
                 self.environment(ambient, energy), true_map / scale[:, None, None, None]

@@ -84,6 +84,7 @@ class LightHeads(nn.Module):
         grid_channels: int = 48,
         dropout: float = 0.4,
         sparse_mode: Mode = "masked",
+        sparse_gain: float = 1.0,
         score_scale: float = 0.05,
     ) -> None:
         """Build the layers.
@@ -96,6 +97,7 @@ class LightHeads(nn.Module):
             grid_channels: channels of the grid.
             dropout: before and after the trunk's hidden layer.
             sparse_mode: of the layer that turns scores into a distribution.
+            sparse_gain: what the scores are multiplied by before that layer; above 1 it keeps fewer anchors.
             score_scale: what the scores are multiplied by, so that a weight decides at probability scale.
 
         Raises:
@@ -105,6 +107,7 @@ class LightHeads(nn.Module):
         self.anchors = anchors
         self.grid = grid
         self.score_scale = score_scale
+        self.sparse_gain = sparse_gain
         self.reduce = nn.Sequential(nn.Conv2d(channels, grid_channels, 1), nn.ReLU(inplace=True))
         features = channels + grid_channels * grid[0] * grid[1] + 3
         self.trunk = nn.Sequential(
@@ -160,9 +163,10 @@ class LightHeads(nn.Module):
         base = base.clamp(-_LOG_LIMIT, _LOG_LIMIT).exp()
         ambient = torch.cat([base[:, None], base[:, None] * shape.view(-1, 8, 3)], 1)
         # Without a sparse layer scores may be negative; light may not.
-        distribution = self.sparse(scores)
         if self.sparse.mode == "none":
-            distribution = distribution.clamp(min=0)
+            distribution = scores.clamp(min=0)
+        else:
+            distribution = self.sparse(self.sparse_gain * scores)
         return Prediction(
             scores=scores,
             distribution=distribution,

@@ -53,6 +53,9 @@ class ModelSettings:
     """Largest share of residual branches that are left out in training (EfficientNet-Lite0 only)."""
     sparse_mode: Mode = "masked"
     """Sparse layer: `masked`, `literal`, `sparsemax` or `none`."""
+    sparse_gain: float = 1.0
+    """Factor on the scores before the sparse layer. Scores learn the expected P, which is spread wherever the
+    network is not sure; at 1 the layer leaves such a distribution as it is, above 1 it keeps the likeliest."""
 
     def __post_init__(self) -> None:
         if self.backbone not in backbones.names():
@@ -64,6 +67,8 @@ class ModelSettings:
         for name in ("height", "width", "anchors", "hidden", "grid_channels", "grid_rows", "grid_columns"):
             if getattr(self, name) < 1:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
+        if not self.sparse_gain > 0:
+            raise ValueError(f"expected a sparse_gain above 0, got {self.sparse_gain}")
         if not 0 < self.fov_deg < 180:
             raise ValueError(f"expected fov_deg in (0, 180), got {self.fov_deg}")
         if not self.sharpness > 0:
@@ -134,6 +139,7 @@ class MixLightNet(nn.Module):
             settings.grid_channels,
             settings.dropout,
             settings.sparse_mode,
+            settings.sparse_gain,
         )
 
     def relative(self, photo: Float[Tensor, "batch 3 height width"]) -> tuple[Prediction, Tensor]:
