@@ -67,9 +67,11 @@ def read(
             )
         if part.deep:
             raise file_error(path, "a flat picture", "deep data")
-    file = _open(path, separate=False)
+    # Channels of several kinds do not fit in one array: new releases of the library say so, old ones garble.
+    separate = any(part.mixed for part in parts)
+    file = _open(path, separate=separate)
     found = _find_colour([file.channels(i) for i in range(len(parts))])
-    if found is None:
+    if found is None and not separate:
         file = _open(path, separate=True)
         found = _find_colour([file.channels(i) for i in range(len(parts))])
     if found is None:
@@ -151,12 +153,7 @@ def _open(path: str | os.PathLike[str], *, separate: bool) -> Any:
 
     try:
         file = OpenEXR.File(str(Path(path)), separate_channels=separate)
-    except ValueError:
-        # Channels of several kinds cannot share one array.
-        if separate:
-            raise
-        return _open(path, separate=True)
-    except RuntimeError as error:
+    except (RuntimeError, ValueError) as error:
         raise file_error(path, "an OpenEXR picture that can be decoded", error) from None
     # The library returns quietly without the parts or channels that it could not decode.
     if not file.parts or not all(file.channels(i) for i in range(len(file.parts))):

@@ -27,6 +27,8 @@ class Part:
     data_window: tuple[int, int, int, int]
     display_window: tuple[int, int, int, int]
     deep: bool
+    mixed: bool
+    """Whether the channels are of several kinds (half, float, integer)."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -103,7 +105,18 @@ def _part(attributes: dict[str, bytes], deep: bool) -> Part:
     for window in (data, display):
         if window[2] < window[0] or window[3] < window[1]:
             raise ValueError(f"expected windows with pixels in them, received {list(window)}")
-    return Part(data, display, deep or attributes.get("type", b"").startswith(b"deep"))
+    deep = deep or attributes.get("type", b"").startswith(b"deep")
+    return Part(data, display, deep, mixed=len(set(_channel_kinds(attributes["channels"]))) > 1)
+
+
+def _channel_kinds(channels: bytes) -> list[int]:
+    """Each channel is a name, a zero, its kind, four bytes of flags, and how it is sampled."""
+    kinds, position = [], 0
+    while channels[position] != 0:
+        position = channels.index(b"\0", position) + 1
+        kinds.append(int(struct.unpack_from("<i", channels, position)[0]))
+        position += 16
+    return kinds
 
 
 def _check_chunks(
