@@ -113,7 +113,8 @@ def sphere_normals(
             "expected resolution and numbers of samples of at least 1,"
             f" got {resolution}, {supersample} and {rim}"
         )
-    edge = torch.linspace(-1, 1, resolution + 1, dtype=torch.float64)
+    # Exactly symmetric, and exactly 0 in the middle, which a linspace is not.
+    edge = (2 * torch.arange(resolution + 1, dtype=torch.float64) - resolution) / resolution
     centre = (edge[:-1] + edge[1:]) / 2
     mask = torch.hypot(centre, centre[:, None]) < 1
     i, j = mask.nonzero(as_tuple=True)

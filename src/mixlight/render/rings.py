@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import torch
 from jaxtyping import Float, Int
@@ -150,8 +151,9 @@ def _spread(height: int) -> tuple[Tensor, Tensor, Tensor]:
     return key % texels, weight, counts.cumsum(0) - counts
 
 
+@lru_cache(maxsize=4)
 def _kernel_spectrum(material: Material) -> Tensor:
-    """Fourier coefficients in azimuth of a material's kernel, [frequencies, rings, polar rows]."""
+    """Fourier coefficients in azimuth of a material's kernel, [frequencies, rings, polar rows] (read-only)."""
     if material.kind == "mirror":
         raise ValueError(f"expected a diffuse or ggx material, got {material}")
     if material.kind == "ggx" and material.alpha < MINIMUM_ALPHA:
