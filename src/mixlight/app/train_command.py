@@ -34,11 +34,12 @@ def run(arguments: argparse.Namespace) -> int:
     from mixlight.training.config import read_config
     from mixlight.training.loop import train
 
+    overrides = _overrides(arguments.overrides)
     try:
-        config = read_config(arguments.config, _overrides(arguments.overrides))
+        config = read_config(arguments.config, overrides)
         out = arguments.out or Path("runs") / arguments.config.stem
         model = train(config, out, resume=not arguments.fresh, cache=arguments.cache)
-    except (ValueError, OSError, ImportError) as error:
+    except (ValueError, OSError, ImportError, FloatingPointError) as error:
         message = describe(error)
         complain(message)
         if arguments.as_json:
@@ -53,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _overrides(pairs: list[str]) -> dict[str, Any]:
     """`KEY=VALUE` with the value in TOML; a bare word counts as a string."""
-    values = {}
+    values: dict[str, Any] = {}
     for pair in pairs:
         key, equals, text = pair.partition("=")
         if not key or not equals:

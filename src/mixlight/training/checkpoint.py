@@ -9,7 +9,7 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save as to_bytes
 from torch import Tensor, optim
 
 from mixlight.image.atomic import atomic_path
@@ -50,7 +50,7 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
             tensors[f"{part}/{key}"] = value.detach().clone(memory_format=torch.contiguous_format)
     metadata = {"step": str(checkpoint.step), "notes": json.dumps(checkpoint.notes)}
     with atomic_path(path, durable=True) as temporary:
-        save_file(tensors, temporary, metadata=metadata)
+        temporary.write_bytes(to_bytes(tensors, metadata=metadata))
 
 
 def load(path: Path) -> Checkpoint:
