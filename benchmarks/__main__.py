@@ -12,8 +12,12 @@ ROWS = {"a": estimate, "b": cold_start, "c": slsparsemax, "d": fit, "e": trainin
 
 
 def main(wanted: list[str]) -> None:
-    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("mixlight", "torch", "numpy"))
-    print(f"{_processor()}, {torch.get_num_threads()} threads, Python {platform.python_version()}, {versions}\n")
+    versions = ", ".join(
+        f"{name} {importlib.metadata.version(name)}" for name in ("mixlight", "torch", "numpy")
+    )
+    print(
+        f"{_processor()}, {torch.get_num_threads()} threads, Python {platform.python_version()}, {versions}\n"
+    )
     print("| | ours | against | seconds | ratio (quartiles) | limit | |")
     print("|---|---|---|---|---|---|---|")
     for name in wanted or ROWS:

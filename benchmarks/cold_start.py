@@ -22,5 +22,10 @@ def measure() -> Result:
             subprocess.run([sys.executable, "-c", "import torch"], check=True, capture_output=True)
 
         return side_by_side(
-            "b", 2.0, ("mixlight estimate one.jpg, whole process", ours), ("python -c 'import torch'", bare), 7, 1
+            "b",
+            2.0,
+            ("mixlight estimate one.jpg, whole process", ours),
+            ("python -c 'import torch'", bare),
+            7,
+            1,
         )

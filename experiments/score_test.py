@@ -9,6 +9,7 @@ panoramas.
 """
 
 import argparse
+import itertools
 import json
 import math
 import platform
@@ -20,8 +21,10 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from mixlight.data.camera_model import exposure_gain, plain_photo
+from mixlight.data.crops import Crop, take_view
 from mixlight.data.evaluation_set import EvaluationSample, collect
-from mixlight.data.panoramas import read_table, select
+from mixlight.data.panoramas import PanoramaRecord, load_panorama, read_table, select
 from mixlight.evaluation import floors, protocol_m
 from mixlight.image.atomic import atomic_path
 from mixlight.network.canonical import CanonicalView
@@ -30,8 +33,15 @@ from mixlight.network.model import MixLightNet
 from mixlight.training.validation import predicted_environments
 
 
+PITCHES_DEG = (-30.0, -15.0, 0.0, 15.0)
+ROLLS_DEG = (-6.0, 0.0, 6.0)
+"""Poses of the views on which the camera's pitch and roll are scored."""
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("tables", nargs="+", help="CSV tables of panoramas")
     parser.add_argument("--model", action="append", default=[], metavar="[LABEL=]NAME_OR_PATH")
     parser.add_argument("--split", default="test", choices=("val", "test"))
@@ -63,13 +73,17 @@ def main() -> None:
         methods[label] = _network(model)
         for method, scores in protocol_m.evaluate(methods, samples).items():
             result["methods"][method] = scores.summary(scenes)
-        result["methods"][label]["camera"] = _camera_error(model, samples)
+        result["methods"][label]["camera"] = _camera_error(
+            model, select(records, arguments.split, arguments.categories)
+        )
         result["methods"][label]["weights"] = {key: estimator.card.get(key) for key in ("name", "commit")}
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with atomic_path(arguments.out) as temporary:
         Path(temporary).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     for method, cells in result["methods"].items():
-        medians = [f"{cells[f'{s}_{m}']['median']:.3f}" for m in ("rmse", "si_rmse") for s in protocol_m.SPHERES]
+        medians = [
+            f"{cells[f'{s}_{m}']['median']:.3f}" for m in ("rmse", "si_rmse") for s in protocol_m.SPHERES
+        ]
         print(f"{method:34s} {' '.join(medians)}")
 
 
@@ -94,16 +108,39 @@ def _network(model: MixLightNet) -> Callable[[EvaluationSample], Tensor]:
 
 
 @torch.inference_mode()
-def _camera_error(model: MixLightNet, samples: list[EvaluationSample]) -> dict[str, float]:
-    """Median absolute error of pitch and roll in degrees; the views are level and look 8 degrees down."""
-    poses = torch.cat([model(sample.photo[None]).camera for sample in samples])
-    true = torch.tensor([[sample.pitch, 0.0] for sample in samples])
-    pitch, roll = torch.rad2deg((poses - true).abs()).median(0).values.tolist()
-    return {"pitch_error_deg": round(pitch, 2), "roll_error_deg": round(roll, 2), "true_pitch_deg": round(math.degrees(samples[0].pitch), 2)}
+def _camera_error(model: MixLightNet, records: list[PanoramaRecord]) -> dict[str, float]:
+    """Median absolute error of pitch and roll in degrees, on views of their own with known poses.
+
+    Beside them stands what the best constant guess (the median of the true poses) reaches.
+    """
+    canonical = model.settings.canonical
+    inside = torch.ones(canonical.height, canonical.width, dtype=torch.bool)
+    found, true = [], []
+    for record in records:
+        panorama = load_panorama(record.path)
+        for k, (pitch, roll) in enumerate(itertools.product(PITCHES_DEG, ROLLS_DEG)):
+            pose = (math.radians(pitch), math.radians(roll))
+            crop = Crop(azimuth=k, azimuths=len(PITCHES_DEG) * len(ROLLS_DEG), pitch=pose[0], roll=pose[1])
+            view = take_view(panorama, crop, canonical)
+            photo = plain_photo(view, inside, exposure_gain(view, inside)).photo
+            found.append(model(photo.permute(2, 0, 1)[None]).camera[0])
+            true.append(torch.tensor(pose))
+    poses, truth = torch.rad2deg(torch.stack(found)), torch.rad2deg(torch.stack(true))
+    errors = (poses - truth).abs().median(0).values.tolist()
+    guesses = (truth.median(0).values - truth).abs().median(0).values.tolist()
+    return {
+        "pitch_error_deg": round(errors[0], 2),
+        "roll_error_deg": round(errors[1], 2),
+        "constant_pitch_error_deg": round(guesses[0], 2),
+        "constant_roll_error_deg": round(guesses[1], 2),
+        "views": len(found),
+    }
 
 
 def _commit() -> str:
-    found = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False)
+    found = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+    )
     return found.stdout.strip() or "unknown"
 
 

@@ -265,8 +265,10 @@ def accuracy() -> str:
         if "camera" in entry:
             pose = entry["camera"]
             poses.append(
-                f"{name}: median error of the camera's pitch {pose['pitch_error_deg']:.1f}°, "
-                f"of its roll {pose['roll_error_deg']:.1f}°.\n"
+                f"{name}, on {pose['views']} views of the same panoramas with other poses: median error of the "
+                f"camera's pitch {pose['pitch_error_deg']:.1f}° (best constant guess "
+                f"{pose['constant_pitch_error_deg']:.1f}°), of its roll {pose['roll_error_deg']:.1f}° "
+                f"({pose['constant_roll_error_deg']:.1f}°).\n"
             )
     unseen = " that were neither trained on nor chosen by" if found["split"] == "test" else ""
     about = (
