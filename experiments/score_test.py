@@ -32,7 +32,6 @@ from mixlight.network.estimator import Estimator
 from mixlight.network.model import MixLightNet
 from mixlight.training.validation import predicted_environments
 
-
 PITCHES_DEG = (-30.0, -15.0, 0.0, 15.0)
 ROLLS_DEG = (-6.0, 0.0, 6.0)
 """Poses of the views on which the camera's pitch and roll are scored."""
