@@ -23,9 +23,10 @@ def main(wanted: list[str]) -> None:
     for name in wanted or ROWS:
         row = ROWS[name].measure()
         low, high = row.spread
+        verdict = "met" if row.ratio <= row.limit else "not met"
         print(
             f"| {row.name} | {row.ours} | {row.reference} | {row.seconds[0]:.3f} / {row.seconds[1]:.3f} "
-            f"| {row.ratio:.2f} ({low:.2f} to {high:.2f}) | {row.limit:g} | {'met' if row.ratio <= row.limit else 'not met'} |",
+            f"| {row.ratio:.2f} ({low:.2f} to {high:.2f}) | {row.limit:g} | {verdict} |",
             flush=True,
         )
 

@@ -1,6 +1,7 @@
 """(e) A whole training step against the bare backbone's forward and backward on the same batch.
 
-The step holds the heads, every loss with the rendered spheres, clipping, the optimiser and the moving average.
+The step holds the heads, every loss with the rendered spheres, clipping, the optimiser and the moving
+average.
 Batches come from loader processes in training and are not part of either side.
 """
 

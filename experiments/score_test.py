@@ -4,8 +4,8 @@
         --out experiments/results/first_light.json
 
 Views: 8 azimuths, FOV 60 degrees, pitch -8 degrees, exposure .18 / median luminance, sRGB, 8 bits. Errors are
-linear and unclipped, over the pixels and channels of each sphere. Intervals of the medians are bootstrapped over whole
-panoramas.
+linear and unclipped, over the pixels and channels of each sphere. Intervals of the medians are bootstrapped
+over whole panoramas.
 """
 
 import argparse

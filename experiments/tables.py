@@ -265,8 +265,8 @@ def accuracy() -> str:
         if "camera" in entry:
             pose = entry["camera"]
             poses.append(
-                f"{name}, on {pose['views']} views of the same panoramas with other poses: median error of the "
-                f"camera's pitch {pose['pitch_error_deg']:.1f}° (best constant guess "
+                f"{name}, on {pose['views']} views of the same panoramas with other poses: median error of "
+                f"the camera's pitch {pose['pitch_error_deg']:.1f}° (best constant guess "
                 f"{pose['constant_pitch_error_deg']:.1f}°), of its roll {pose['roll_error_deg']:.1f}° "
                 f"({pose['constant_roll_error_deg']:.1f}°).\n"
             )
