@@ -12,8 +12,8 @@ class Backbone(nn.Module, ABC):
     """Turns sRGB pictures into feature maps.
 
     Pictures are [batch, 3, height, width], sRGB-encoded in [0, 1]; the network's own scaling of its input is
-    part of the backbone. Feature maps are [batch, channels, ceil(height / 32), ceil(width / 32)] with row 0
-    at the picture's top.
+    part of the backbone. Feature maps are [batch, channels, height / 32, width / 32] with row 0 at the
+    picture's top; how a size that 32 does not divide is rounded is the network's own affair.
     """
 
     channels: int
