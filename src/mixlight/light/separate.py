@@ -185,7 +185,9 @@ def _max_threshold(bands: Bands, fraction: float) -> float:
     for _, _, level in bands:
         low, high = torch.aminmax(level)
         lowest, highest = min(lowest, float(low)), max(highest, float(high))
-    return _above(fraction * highest, lowest)
+    found = torch.tensor(fraction * highest, dtype=torch.float32)
+    # A texel at the lowest luminance is no source.
+    return max(float(found), float(torch.nextafter(torch.tensor(lowest), torch.tensor(math.inf))))
 
 
 def _top_threshold(bands: Bands, fraction: float) -> float:
@@ -198,20 +200,21 @@ def _top_threshold(bands: Bands, fraction: float) -> float:
     weight = row_solid_angle(bands.height, bands.width, dtype=torch.float64, device=device)[:, None]
     weight = weight.expand(-1, bands.width)
     upper = torch.zeros(1 << 15, dtype=torch.float64, device=device)
-    lowest = math.inf
     for start, _, level in bands:
-        lowest = min(lowest, float(level.min()))
         bits = level.view(torch.int32) >> 16
         upper += torch.bincount(bits.reshape(-1), weight[start : start + len(level)].reshape(-1), len(upper))
     high, missing = _crossing(upper, fraction * 4 * math.pi)
     lower = torch.zeros(1 << 16, dtype=torch.float64, device=device)
+    first, after = _float(high << 16), _float((high + 1) << 16)
     for start, _, level in bands:
-        bits = level.view(torch.int32)
-        chosen = (bits >> 16) == high
-        lower += torch.bincount(bits[chosen] & 0xFFFF, weight[start : start + len(level)][chosen], len(lower))
+        chosen = (level >= first) & (level < after)
+        bits = level[chosen].view(torch.int32) & 0xFFFF
+        lower += torch.bincount(bits, weight[start : start + len(level)][chosen], len(lower))
     low, _ = _crossing(lower, missing)
-    found = torch.tensor(high << 16 | low, dtype=torch.int32).view(torch.float32)
-    return _above(float(found), lowest)
+    found, lowest = high << 16 | low, int(upper.nonzero()[0]) << 16
+    if high << 16 == lowest:
+        lowest |= int(lower.nonzero()[0])
+    return _float(found + 1 if found == lowest else found)
 
 
 def _crossing(histogram: Tensor, target: float) -> tuple[int, float]:
@@ -230,9 +233,6 @@ def _level(rgb: Tensor) -> Tensor:
     return luminance(rgb.to(torch.promote_types(rgb.dtype, torch.float32))).float().add_(0.0)
 
 
-def _above(value: float, lowest: float) -> float:
-    """The value as float32, or the next one above the lowest where it does not lie above."""
-    single = torch.tensor([value, lowest], dtype=torch.float32)
-    if single[0] > single[1]:
-        return float(single[0])
-    return float(torch.nextafter(single[1], torch.tensor(math.inf)))
+def _float(bits: int) -> float:
+    """The float32 of a bit pattern; one pattern higher is the next float."""
+    return float(torch.tensor(bits, dtype=torch.int32).view(torch.float32))
