@@ -99,7 +99,7 @@ class ModelSettings:
         wrong = sorted(known.keys() ^ values.keys())
         if wrong:
             raise ValueError(
-                f"expected the settings {', '.join(known)}, got others or too few: {', '.join(wrong)}"
+                f"expected the settings {', '.join(known)}, missing or unknown: {', '.join(wrong)}"
             )
         for name, kind in known.items():
             given = values[name]

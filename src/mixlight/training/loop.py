@@ -222,7 +222,7 @@ class Run:
             self.optimiser.step()
             self.skipped = 0
         else:
-            self._skip(float(loss))
+            self._skip(float(loss.detach()))
         self._update_average()
         values = {"loss": loss.detach(), "gradient": norm, **terms}
         numbers = torch.stack([value.float() for value in values.values()]).tolist()
