@@ -57,6 +57,13 @@ def test_a_file_in_the_way_is_refused_and_kept(tmp_path: Path) -> None:
     assert _tree(tmp_path) == {"a": "mine"}
 
 
+def test_the_longest_of_names_is_taken(tmp_path: Path) -> None:
+    for _ in range(2):
+        with replaced_folder(tmp_path / ("x" * 255)) as fresh:
+            (fresh / "lighting.json").write_text("1")
+    assert _tree(tmp_path) == {f"{'x' * 255}/lighting.json": "1"}
+
+
 def test_the_folder_has_the_usual_permissions(tmp_path: Path) -> None:
     mask = os.umask(0o022)
     try:

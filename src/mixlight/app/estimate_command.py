@@ -68,7 +68,7 @@ def _estimate_one(
 ) -> dict[str, Any]:
     from mixlight.app.outputs import write_result
     from mixlight.app.photos import field_of_view, linear_tensor
-    from mixlight.app.preview import SPHERE, auto_exposure, estimate_preview
+    from mixlight.app.preview import SPHERE, auto_exposure, estimate_preview, shrink
     from mixlight.app.scene import light_markers, photo_outline, sphere_renderer
     from mixlight.image.ldr import read_photo
     from mixlight.light.lights import merge
@@ -89,7 +89,7 @@ def _estimate_one(
         light_markers(lights),
         photo_outline(*photo.size, fov.radians, result.pitch, result.roll),
         # A photo holds its own white. A linear file has none, and may need a gain to be seen at all.
-        gain=1.0 if photo.source == "ldr" else auto_exposure(photo.linear),
+        gain=1.0 if photo.source == "ldr" else auto_exposure(shrink(photo.linear, 256)),
         caption=photo.name,
     )
     camera = _camera(fov, result)

@@ -36,8 +36,9 @@ def replaced_folder(folder: Path) -> Iterator[Path]:
     """
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(20, "Expected a folder or nothing, received a file", str(folder))
-    fresh = folder.with_name(f".{folder.name}.{os.getpid()}.new")
-    stale = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    short = folder.name[:50]  # the hidden names must fit where the long name just does
+    fresh = folder.with_name(f".{short}.{os.getpid()}.new")
+    stale = folder.with_name(f".{short}.{os.getpid()}.old")
     fresh.mkdir()
     try:
         yield fresh
