@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor
 
+from mixlight.light import _level_set, harmonics, separate
 from mixlight.light import fit as fit_module
-from mixlight.light import harmonics, separate
 from mixlight.light.fit import energy_report, fit, parameters
 from mixlight.sphere import equirect
 from mixlight.sphere.points import anchor_map, nearest, vogel
@@ -86,8 +86,8 @@ class TestParameters:
 
     def test_many_bands(self, room: Tensor, monkeypatch: pytest.MonkeyPatch) -> None:
         whole = parameters(room)
-        monkeypatch.setattr(separate, "_BAND", 300)
-        monkeypatch.setattr(separate, "_KEPT", 0)
+        monkeypatch.setattr(_level_set, "BAND", 300)
+        monkeypatch.setattr(_level_set, "KEPT", 0)
         for part, expected in zip(parameters(room), whole, strict=True):
             torch.testing.assert_close(part, expected, **SINGLE)
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor
 
-from mixlight.light import separate
+from mixlight.light import _level_set, separate
 from mixlight.sphere import equirect
 
 BATCHES = [(), (2,), (1, 2)]
@@ -61,6 +61,20 @@ class TestMask:
     def test_top_fraction_by_sorting(self, panorama: Tensor, fraction: float) -> None:
         found = separate.source_mask(panorama, "top_fraction", fraction)
         assert torch.equal(found, by_sorting(panorama, fraction))
+
+    @pytest.mark.parametrize("sample", [1, 16, 100])
+    @given(panorama=panoramas(), fraction=st.floats(0.001, 0.999))
+    def test_a_poor_sample_only_costs_time(self, sample: int, panorama: Tensor, fraction: float) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(_level_set, "SAMPLE", sample)
+            found = separate.source_mask(panorama, "top_fraction", fraction)
+        assert torch.equal(found, by_sorting(panorama, fraction))
+
+    def test_a_sample_that_sees_nothing(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(_level_set, "SAMPLE", 32)
+        panorama = torch.ones(16, 32, 3)
+        panorama[::2] = torch.rand(8, 32, 3) + 5  # between the sample's rows
+        assert torch.equal(separate.source_mask(panorama, fraction=0.2), by_sorting(panorama, 0.2))
 
     @given(panorama=panoramas(), fraction=st.floats(0.001, 0.999))
     def test_max_fraction_by_its_definition(self, panorama: Tensor, fraction: float) -> None:
@@ -121,9 +135,9 @@ class TestMask:
     @pytest.mark.parametrize("method", METHODS)
     def test_many_bands(self, method: separate.Method, room: Tensor, monkeypatch: pytest.MonkeyPatch) -> None:
         expected = separate.source_mask(room, method)
-        monkeypatch.setattr(separate, "_BAND", 300)
+        monkeypatch.setattr(_level_set, "BAND", 300)
         assert torch.equal(separate.source_mask(room, method), expected)
-        monkeypatch.setattr(separate, "_KEPT", 0)
+        monkeypatch.setattr(_level_set, "KEPT", 0)
         assert torch.equal(separate.source_mask(room, method), expected)
 
 

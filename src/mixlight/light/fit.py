@@ -8,11 +8,12 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mixlight.light import harmonics
+from mixlight.light._level_set import Bands
 from mixlight.light.gaussians import SHARPNESS
 from mixlight.light.lighting import Lighting
-from mixlight.light.separate import Bands, Method, check_rule, luminance, threshold_of
+from mixlight.light.separate import Method, check_rule, luminance, threshold_of
 from mixlight.light.texel_anchors import TexelAnchors
-from mixlight.sphere.equirect import check, integrate, row_solid_angle, solid_angle
+from mixlight.sphere.equirect import check, integrate, solid_angle
 
 ANCHORS = 128
 """Default number of anchors; their nearest neighbours are 15.7 to 17.3 degrees apart."""
@@ -192,7 +193,6 @@ def energy_report(
 def _split(bands: Bands, limit: float, degree: int, anchors: int) -> tuple[Tensor, Tensor]:
     """Anchor energies [anchors, 3] and ambient coefficients [k, 3] of one panorama, in float64."""
     height, width, device = bands.height, bands.width, bands.panorama.device
-    weight = row_solid_angle(height, width, dtype=torch.float64, device=device)
     anchor_of = TexelAnchors(anchors, height, width, device)
     energy = torch.zeros(anchors, 3, dtype=torch.float64, device=device)
     sums = []
@@ -201,7 +201,7 @@ def _split(bands: Bands, limit: float, degree: int, anchors: int) -> tuple[Tenso
         ambient = rows
         if len(place):
             texels = rows.reshape(-1, 3)
-            value = texels[place].double() * weight[start + place // width, None]
+            value = texels[place].double() * bands.solid_angle[start + place // width, None]
             energy.index_add_(0, anchor_of(place + start * width), value)
             ambient = texels.index_fill(0, place, 0).reshape(rows.shape)
         sums.append(harmonics.row_sums(ambient, degree))
