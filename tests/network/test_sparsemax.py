@@ -68,7 +68,7 @@ class TestGolden:
         scores = torch.tensor([1.0, 0.9, 0.8, 0.1, 0.75], dtype=torch.float64)
         expected = torch.tensor([0.3875, 0.2875, 0.1875, 0.0, 0.1375], dtype=torch.float64)
         torch.testing.assert_close(slsparsemax(scores, self.ring), expected)
-        # n = (0, -.6, -.7, 0, -1), |n - mean| = (.8, .25, .4, .85, 1): order 0, 3, 1 (.6 e^.25 = .77), 2 (1.04).
+        # n = (0, -.6, -.7, 0, -1), |n - mean| = (.8, .25, .4, .85, 1): order 0, 3, 1, 2.
         # 0, 3 and 1 give -.6 + 1.8 = 1.2, not below 1: kappa 2, tau_n = -.5.
         scores = torch.tensor([1.0, 0.4, 0.3, 1.0, 0.0], dtype=torch.float64)
         expected = torch.tensor([0.5, 0.0, 0.0, 0.5, 0.0], dtype=torch.float64)
@@ -76,10 +76,10 @@ class TestGolden:
 
     @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
     def test_ties_go_to_the_lower_index_and_literal_brings_back_the_rest(self, dtype):
-        # A ring of nine, in sixteenths, so that what is equal is equal to the bit. n = 0 for entry 0, -.5 for 1,
-        # whose neighbours' mean is -.5 too, -.3125 for 3, 5 and 7 between dark ones at -1. So -credibility is
-        # 0, .5 and three times .3125 e^.6875 = .62. sum - k min: .5 for 0 and 1, then .6875, .875 and 1.0625
-        # with 3, 5 and 7: two of three equals fit. tau_n = (-.5 - 2 * .3125 - 1) / 4 = -.53125.
+        # A ring of nine, in sixteenths, so that what is equal is equal to the bit. n = 0 for entry 0, -.5 for
+        # 1, whose neighbours' mean is -.5 too, -.3125 for 3, 5 and 7 between dark ones at -1. So -credibility
+        # is 0, .5 and three times .3125 e^.6875 = .62. sum - k min: .5 for 0 and 1, then .6875, .875 and
+        # 1.0625 with 3, 5 and 7: two of three equals fit. tau_n = (-.5 - 2 * .3125 - 1) / 4 = -.53125.
         ring = torch.stack((torch.arange(9) - 1, torch.arange(9) + 1), -1) % 9
         scores = torch.tensor([16, 8, 0, 11, 0, 11, 0, 11, 0], dtype=dtype) / 16
         masked = torch.tensor([0.53125, 0.03125, 0, 0.21875, 0, 0.21875, 0, 0, 0], dtype=dtype)
