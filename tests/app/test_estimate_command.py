@@ -1,5 +1,6 @@
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,15 @@ def test_photos_of_one_name_keep_apart(run: Run, photo: Path, fake: FakeEstimato
     assert all(line["ok"] and line["lights"] == 1 for line in lines)
     names = [json.loads((Path(line["out"]) / "lighting.json").read_text())["photo"]["name"] for line in lines]
     assert names == ["room.jpg", "room.png"]
+
+
+def test_json_lines_are_as_documented(run: Run, photo: Path, fake: FakeEstimator, tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text()
+    good, bad = (json.loads(line) for line in re.findall(r"^\{.*\}$", page, re.MULTILINE))
+    _, said, _ = run("estimate", photo, tmp_path / "missing.jpg", "--out", tmp_path / "out", "--json")
+    lines = [json.loads(line) for line in said.splitlines()]
+    assert [list(line) for line in lines] == [list(good), list(bad)]
+    assert lines[0]["camera"].keys() == good["camera"].keys()
 
 
 def test_lobes_too_weak_for_the_json_are_not_in_the_map(
