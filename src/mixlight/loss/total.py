@@ -122,19 +122,22 @@ class TotalLoss(nn.Module):
         true_ambient: Float[Tensor, "batch 9 3"],
         true_map: Float[Tensor, "batch height width 3"],
         true_camera: Float[Tensor, "batch 2"],
+        unit: Float[Tensor, " batch"] | None = None,
     ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
         """The weighted sum, and each term as the mean over the batch (detached).
 
         Terms are unweighted, but for `spheres` and `spheres_si`, which are sums over the three spheres by
         their weights. What the arguments are: `mixlight.network.heads.Prediction` and
-        `mixlight.data.training_set.Batch`.
+        `mixlight.data.training_set.Batch`. Radiance errors are in units of `unit`, by default the true mean
+        luminance of each sample.
 
         Raises:
             ValueError: the true map has another size than the loss was built for.
         """
         weights = self.weights
-        scale = equirect.integrate(true_map)
-        scale = luminance(scale).clamp(min=1e-6) / (4 * torch.pi)
+        if unit is None:
+            unit = luminance(equirect.integrate(true_map)) / (4 * torch.pi)
+        scale = unit.clamp(min=1e-6)
         intensity = intensity / scale
         ambient = ambient / scale[:, None, None]
         true_ambient = true_ambient / scale[:, None, None]

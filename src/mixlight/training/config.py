@@ -106,6 +106,9 @@ class TrainingConfig:
     """How they are photographed."""
     sampling: SamplingSettings = field(default_factory=SamplingSettings)
     """How often each kind of panorama is seen."""
+    unit: str = "photo"
+    """What radiance errors are measured in: `photo`, the photo's mean luminance, or `truth`, the true mean
+    radiance. An error relative to the truth is smallest for too dark a guess, since it forgives darkness more."""
     loss: LossWeights = field(default_factory=LossWeights)
     """What counts."""
     optimiser: OptimiserSettings = field(default_factory=OptimiserSettings)
@@ -120,6 +123,8 @@ class TrainingConfig:
         for name in ("seed", "validation_rooms", "workers"):
             if getattr(self, name) < 0:
                 raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
+        if self.unit not in ("photo", "truth"):
+            raise ValueError(f"expected unit photo or truth, got {self.unit!r}")
         if self.precision not in ("float32", "bfloat16"):
             raise ValueError(f"expected precision float32 or bfloat16, got {self.precision!r}")
         if self.labels.anchors != self.model.anchors:

@@ -214,6 +214,7 @@ class Run:
             batch.ambient.to(self.device),
             batch.small_map.to(self.device),
             batch.camera.to(self.device),
+            luminance(mean) if config.unit == "photo" else None,
         )
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
