@@ -279,6 +279,20 @@ def accuracy() -> str:
     return "\n".join([about, _table(("light", *CELL_NAMES), rows), *poses])
 
 
+def trials() -> str:
+    """Validation of the training runs that led to the model in the box, at the step that each run chose."""
+    path = RESULTS / "trials.json"
+    if not path.is_file():
+        return ""
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    rows = []
+    for trial in found["trials"]:
+        cells = [f"{trial['best'][cell]:.3f}" for cell in trial["best"]]
+        rows.append([trial["run"], f"{trial['best_step']} of {trial['last_step']}", *cells])
+    names = [cell.replace("/", " ") for cell in found["trials"][0]["best"]]
+    return _table(("run", "step", *names), rows)
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
     "basis": basis,
@@ -289,6 +303,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "degree": degree,
     "sparse": sparse,
     "transport": transport,
+    "trials": trials,
 }
 
 

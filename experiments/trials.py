@@ -1,0 +1,61 @@
+"""Gathers training runs into one table: what their configs differ in, and what validation said.
+
+    python experiments/trials.py runs/a runs/b ... --out experiments/results/trials.json
+
+Reads `config.json` and `log.jsonl` of each run. Runs that were stopped early are marked by their last step.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from mixlight.image.atomic import atomic_path
+
+CELLS = tuple(
+    f"{kind}/{cell}"
+    for kind in ("real", "rooms")
+    for cell in ("diffuse/rmse", "diffuse/si_rmse", "matte/rmse")
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("runs", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    arguments = parser.parse_args()
+    configs = {run.name: _flat(json.loads((run / "config.json").read_text())) for run in arguments.runs}
+    keys = sorted({key for config in configs.values() for key in config} - {"tables", "name", "workers"})
+    differing = [k for k in keys if len({json.dumps(c.get(k)) for c in configs.values()}) > 1]
+    trials = []
+    for run in arguments.runs:
+        records = [json.loads(line) for line in (run / "log.jsonl").read_text().splitlines()]
+        checks = [r for r in records if r["kind"] == "validation"]
+        best = min(checks, key=lambda r: r["score"])
+        trials.append(
+            {
+                "run": run.name,
+                "commit": next((r["commit"] for r in records if r["kind"] == "start"), "unknown"),
+                "config": {key: configs[run.name].get(key) for key in differing},
+                "last_step": checks[-1]["step"],
+                "best_step": best["step"],
+                "best": {cell: best[cell] for cell in CELLS},
+                "curve": [{"step": c["step"]} | {cell: c[cell] for cell in CELLS} for c in checks],
+            }
+        )
+        print(f"{run.name:10s} best at {best['step']:5d}", *(f"{best[cell]:.3f}" for cell in CELLS))
+    with atomic_path(arguments.out) as temporary:
+        Path(temporary).write_text(json.dumps({"split": "val", "trials": trials}, indent=1) + "\n")
+
+
+def _flat(values: dict[str, Any], where: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        flat |= _flat(value, f"{where}{key}.") if isinstance(value, dict) else {f"{where}{key}": value}
+    return flat
+
+
+if __name__ == "__main__":
+    main()
