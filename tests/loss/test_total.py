@@ -15,6 +15,7 @@ from torch import Tensor
 from mixlight.light.lighting import Lighting
 from mixlight.light.separate import luminance
 from mixlight.loss.total import LossWeights, TotalLoss
+from mixlight.sphere import equirect
 
 HEIGHT = 8
 SHARPNESS = 0.0025
@@ -118,6 +119,20 @@ def test_the_loss_knows_no_scale(loss: TotalLoss, exponent: int) -> None:
     assert float(other) == pytest.approx(float(one), rel=1e-4)
     for name in TERMS:
         assert float(scaled_terms[name]) == pytest.approx(float(terms[name]), rel=1e-3, abs=1e-5), name
+
+
+def test_the_unit_may_be_the_photos(loss: TotalLoss) -> None:
+    """By default it is the true mean luminance; in a unit of the caller's, the loss knows no scale either."""
+    true = truth()
+    predicted = wrong(prediction_of(true))
+    mean = luminance(equirect.integrate(true["true_map"])) / (4 * math.pi)
+    torch.testing.assert_close(loss(**predicted, **true, unit=mean)[0], loss(**predicted, **true)[0])
+    scaled = predicted | {"intensity": predicted["intensity"] * 8, "ambient": predicted["ambient"] * 8}
+    one, other = (
+        loss(**predicted, **true, unit=mean / 3)[0],
+        loss(**scaled, **truth(gain=8), unit=mean * 8 / 3)[0],
+    )
+    torch.testing.assert_close(one, other, rtol=1e-4, atol=0)
 
 
 def test_a_scene_far_off_does_not_rule_a_batch(loss: TotalLoss) -> None:

@@ -12,7 +12,11 @@ from torch.autograd.function import FunctionCtx, once_differentiable
 _OVER_RELAXATION = 1.7
 """Step length of the Sinkhorn updates. Plain Sinkhorn (1) contracts slowly on sharp distributions:
 at epsilon .1, 30 updates leave a median error of 1e-9 but a worst one of .2 in the potentials; with 1.7
-the worst is 1e-5 (Thibault et al., Overrelaxed Sinkhorn-Knopp, 2021)."""
+the worst is 1e-4 (Thibault et al., Overrelaxed Sinkhorn-Knopp, 2021)."""
+
+_TRUST = 2.0
+"""Updates larger than this many epsilon are taken plainly: over-relaxation is sure to converge only near
+the solution, and can run off from farther away."""
 
 _KERNEL_LIMIT = 300.0
 """Up to this ratio of the largest cost to epsilon, exp(-cost/epsilon) and its inverse, with room for
@@ -33,6 +37,7 @@ class SphericalSinkhorn(nn.Module):
 
     Potentials are iterated in the log domain in float64, batched, over a falling epsilon. The gradient
     is the potentials themselves (envelope theorem), so backward costs nothing; there is no second derivative.
+    At an anchor that holds no mass at all it is the slope of the very first mass put there.
 
     Convention: masses may sum to anything: negative entries count as 0 (and get no gradient), the rest
     is divided by its sum, and no mass at all counts as an even distribution. Cost in radians (or
@@ -59,8 +64,9 @@ class SphericalSinkhorn(nn.Module):
             cost: The angle between two directions, or its square.
             epsilon: Blur, in units of the cost. Well below the cost between neighbours (.28 rad for
                 128 points) the divergence is close to unregularised transport; smaller needs more iterations.
-            iterations: Updates of both potentials at the final epsilon. At the default epsilon the default
-                leaves 1e-5 in the gradient and far less in the value; epsilon .05 wants 60.
+            iterations: Updates of both potentials at the final epsilon. The default, at the default epsilon,
+                leaves errors below 1e-5 in 90 of 100 gradients and 1e-10 in 98 of 100 values; pairs of a few
+                isolated lights of very unequal strength can keep 1e-3 in the value. Epsilon .05 wants 60.
 
         Raises:
             ValueError: If points are no unit vectors, the cost is unknown, or a number is not positive.
@@ -175,10 +181,9 @@ def _potentials(
         own = (own + soft_min(own, both)) / 2
         level /= 2
     soft_min = _SoftMin(cost, largest_cost, epsilon)
-    step = _OVER_RELAXATION
     for _ in range(iterations):
-        f = torch.lerp(f, soft_min(g, b), step)
-        g = torch.lerp(g, soft_min(f, a), step)
+        f = _relaxed(f, soft_min(g, b), epsilon)
+        g = _relaxed(g, soft_min(f, a), epsilon)
     # A plain update of both removes what over-relaxation leaves, and reaches the points without mass.
     f = soft_min(g, b)
     g = soft_min(f, a)
@@ -186,6 +191,13 @@ def _potentials(
         own = (own + soft_min(own, both)) / 2
     own = soft_min(own, both)
     return f, g, own[: len(a)], own[len(a) :]
+
+
+def _relaxed(old: Tensor, new: Tensor, epsilon: float) -> Tensor:
+    """The update, lengthened wherever it is small enough to be trusted; decided for each distribution."""
+    change = new - old
+    near = change.abs().amax(-1, keepdim=True) <= _TRUST * epsilon
+    return old + torch.where(near, _OVER_RELAXATION, 1.0) * change
 
 
 class _SoftMin:
