@@ -98,7 +98,7 @@ def test_a_model_that_cannot_be_is_said_once_and_before_any_photo(
     for name in ("no-such-model", tmp_path / "missing.safetensors", tmp_path, *paths.values()):
         status, out, err = run("estimate", photo, photo, "--model", name, "--out", tmp_path / "out")
         assert (status, out) == (2, ""), err
-        assert err.startswith("mixlight: --model ")
+        assert err.startswith("mixlight: --model: ")
         assert str(name) in err
         assert err.count("\n") == 1
         assert not (tmp_path / "out").exists()

@@ -18,7 +18,7 @@ from mixlight.app.batch import (
     plan,
     run_batch,
 )
-from mixlight.app.report import UsageError
+from mixlight.app.report import UsageError, describe
 
 if TYPE_CHECKING:
     from mixlight.app.photos import FieldOfView
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             estimator = Estimator.load(arguments.model)
         except (ValueError, OSError) as error:
-            raise UsageError(f"--model {arguments.model}: {error}") from error
+            raise UsageError(f"--model: {describe(error, arguments.model)}") from error
         max_pixels = int(arguments.max_megapixels * 1e6)
 
         def work(job: Job) -> dict[str, Any]:
