@@ -168,6 +168,17 @@ class TestBehaviour:
         assert branches[0].drop == pytest.approx(0.5 * 2 / 16)
         assert branches[-1].drop == pytest.approx(0.5 * 14 / 16)
 
+    def test_folded_gives_the_same_and_leaves_the_original(self, pretrained):
+        before = {name: value.clone() for name, value in pretrained.state_dict().items()}
+        folded = pretrained.folded()
+        assert not any(isinstance(module, torch.nn.BatchNorm2d) for module in folded.modules())
+        assert not any(parameter.requires_grad for parameter in folded.parameters())
+        with torch.no_grad():
+            torch.testing.assert_close(folded(waves(97, 64)), pretrained(waves(97, 64)), rtol=1e-4, atol=2e-4)
+        torch.testing.assert_close(folded.folded()(waves(33, 64)), folded(waves(33, 64)))
+        assert all(torch.equal(value, before[name]) for name, value in pretrained.state_dict().items())
+        assert all(parameter.requires_grad for parameter in pretrained.parameters())
+
     @pytest.mark.parametrize("shape", [(3, 32, 32), (1, 4, 32, 32), (1, 3, 0, 32), (0, 3, 32, 32)])
     def test_bad_pictures(self, pretrained, shape):
         with pytest.raises(ValueError, match=r"expected pictures \[batch, 3, height, width\]"):

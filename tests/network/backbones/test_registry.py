@@ -11,6 +11,9 @@ def test_one_interface(name):
         features = backbone(torch.full((2, 3, 64, 96), 0.5))
     assert features.shape == (2, backbone.channels, 2, 3)
     assert features.isfinite().all()
+    folded = backbone.train().folded()
+    assert not folded.training
+    torch.testing.assert_close(folded(torch.full((2, 3, 64, 96), 0.5)), features, rtol=1e-4, atol=1e-4)
 
 
 def test_options_reach_the_backbone():

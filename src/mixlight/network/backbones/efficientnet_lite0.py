@@ -15,6 +15,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from mixlight.network.backbones.backbone import Backbone, check_picture
 
@@ -86,6 +87,22 @@ class EfficientNetLite0(Backbone):
         features: Tensor = self.head(self.blocks(self.stem(turned * (255 / 128) - 127 / 128)))
         return features.flip((-2, -1))
 
+    def folded(self) -> Backbone:
+        """Return a copy for inference alone, in which normalisation has become part of the kernels.
+
+        Batches take about two thirds of the time. The copy is in evaluation mode, none of its parameters asks
+        for a gradient, and its state dict has other names: save the original.
+
+        >>> backbone, picture = EfficientNetLite0().eval(), torch.full((1, 3, 64, 64), 0.5)
+        >>> torch.allclose(backbone.folded()(picture), backbone(picture), atol=1e-4)
+        True
+        """
+        copied = super().folded()
+        for module in copied.modules():
+            if isinstance(module, _ConvNorm):
+                module.fold()
+        return copied
+
 
 class _ConvNorm(nn.Module):
     """Convolution, batch normalisation and, unless linear, ReLU6."""
@@ -103,7 +120,7 @@ class _ConvNorm(nn.Module):
         super().__init__()
         padding = kernel // 2
         self.conv = nn.Conv2d(channels, out_channels, kernel, stride, padding, groups=groups, bias=False)
-        self.norm = nn.BatchNorm2d(out_channels, eps=_NORM_EPS, momentum=_NORM_MOMENTUM)
+        self.norm: nn.Module = nn.BatchNorm2d(out_channels, eps=_NORM_EPS, momentum=_NORM_MOMENTUM)
         self.linear = linear
         fan_out = kernel * kernel * out_channels // groups
         nn.init.normal_(self.conv.weight, std=(2 / fan_out) ** 0.5)
@@ -111,6 +128,12 @@ class _ConvNorm(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         y: Tensor = self.norm(self.conv(x))
         return y if self.linear else functional.relu6(y, inplace=True)
+
+    def fold(self) -> None:
+        """Make the normalisation by its running statistics part of the convolution."""
+        if isinstance(self.norm, nn.BatchNorm2d):
+            self.conv = fuse_conv_bn_eval(self.conv, self.norm)
+            self.norm = nn.Identity()
 
 
 class _Block(nn.Module):
