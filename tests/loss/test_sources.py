@@ -94,3 +94,20 @@ class TestProperties:
         for loss in (sources.distribution_loss, sources.masked_l1, sources.colour_loss):
             with pytest.raises((ValueError, TypeCheckError)):
                 loss(torch.zeros(2, 3), torch.zeros(4, 3))
+
+
+@given(st.integers(1, 20), st.integers(1, 20))
+def test_concentration_counts_equal_sources(predicted_count: int, true_count: int) -> None:
+    predicted, true = torch.zeros(2, 64)
+    predicted[:predicted_count] = 1 / predicted_count
+    true[10 : 10 + true_count] = 1 / true_count
+    expected = max(0.0, math.log(predicted_count / true_count))
+    assert sources.concentration_loss(predicted, true).item() == pytest.approx(expected, abs=1e-5)
+
+
+def test_concentration_is_differentiable_and_finite_at_zero() -> None:
+    predicted = torch.softmax(torch.randn(2, 12, dtype=torch.float64), -1).requires_grad_()
+    true = torch.zeros(2, 12, dtype=torch.float64)
+    true[:, 0] = 1
+    assert torch.autograd.gradcheck(sources.concentration_loss, (predicted, true))
+    assert torch.isfinite(sources.concentration_loss(torch.zeros(12), true[0].float()))

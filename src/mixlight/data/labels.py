@@ -136,8 +136,8 @@ def cached_labels(
     """Reads the labels of a panorama file from the cache, or makes them and leaves them there.
 
     The key holds the file's content, the size it was loaded at, what was made of it since (`variant`), every
-    setting and the version of this module, so that a changed file or setting is never served old labels. A damaged entry is made anew. A cache that
-    cannot be written costs time only, and a warning in the log.
+    setting and the version of this module, so that a changed file or setting is never served old labels. A
+    damaged entry is made anew. A cache that cannot be written costs time only, and a warning in the log.
 
     Raises:
         ValueError: as `make_labels`.

@@ -132,7 +132,8 @@ class TrainingSet:
             for copy in range(1 + copies):
                 seen = panorama
                 if copy:
-                    # The file's name, not its place in the table, so that adding a row changes no other panorama.
+                    # The file's name, not its place in the table, so that adding a row changes no other
+                    # panorama.
                     seed = (copy, *record.path.stem.encode())
                     seen = moved(panorama, *random_move(np.random.default_rng(seed)))
                 self.records.append(record)

@@ -1,4 +1,4 @@
-"""The same place seen from elsewhere: panoramas warped as if the camera had moved and the room were stretched."""
+"""The same place seen from elsewhere: as if the camera had moved and the room were stretched."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def moved(
 ) -> Float[Tensor, "height width 3"]:
     """The panorama as a camera at another place would see it, if all light came from an ellipsoid around.
 
-    The surroundings lie on the unit sphere, which is first stretched along the axes; the camera stands at `offset`
-    in it. A ray from there with direction d meets the ellipsoid at a point, and the radiance is that of the
-    panorama in the point's direction before the stretch. Radiance is kept, so what comes nearer grows and gives
-    more light, as it should.
+    The surroundings lie on the unit sphere, which is first stretched along the axes; the camera stands at
+    `offset` in it. A ray from there with direction d meets the ellipsoid at a point, and the radiance is that
+    of the panorama in the point's direction before the stretch. Radiance is kept, so what comes nearer grows
+    and gives more light, as it should.
 
     Convention: an offset towards -Z (forward) makes what is ahead larger.
 
@@ -65,7 +65,7 @@ def moved(
 def random_move(
     generator: np.random.Generator,
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Draws an offset (mostly level, up to 45 % of the way to the wall) and a stretch of the plan (up to 35 %)."""
+    """Draws an offset (mostly level, at most .45) and a stretch of the plan (by at most 35 %)."""
     angle, reach = generator.uniform(0, 2 * math.pi), _REACH * math.sqrt(generator.random())
     offset = (reach * math.cos(angle), _LIFT * generator.uniform(-1, 1), reach * math.sin(angle))
     x, z = np.exp(math.log(_STRETCH) * generator.uniform(-1, 1, 2))

@@ -80,9 +80,9 @@ def concentration_loss(
 ) -> Float[Tensor, "*batch"]:
     """How much further the predicted light is spread than the true one: max(0, ln(sum g^2 / sum p^2)).
 
-    1 / sum p^2 is the effective number of equal sources of a distribution that sums to 1. A network that is not
-    sure where the lamps are would rather light the whole ceiling a little, since that is wrong nowhere by
-    much; this asks it to commit to as few sources as there are.
+    1 / sum p^2 is the effective number of equal sources of a distribution that sums to 1. A network that
+    is not sure where the lamps are would rather light the whole ceiling a little, since that is wrong nowhere
+    by much; this asks it to commit to as few sources as there are.
 
     Convention: natural logarithm. Four equal sources where there are two cost ln 2 = .693; fewer than there
     are cost nothing.

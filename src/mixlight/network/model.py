@@ -55,7 +55,8 @@ class ModelSettings:
     """Sparse layer: `masked`, `literal`, `sparsemax` or `none`."""
     sparse_gain: float = 1.0
     """Factor on the scores before the sparse layer. Scores learn the expected P, which is spread wherever the
-    network is not sure; at 1 the layer leaves such a distribution as it is, above 1 it keeps the likeliest."""
+    network is not sure; at 1 the layer leaves such a distribution as it is, above 1 it keeps the
+    likeliest."""
 
     def __post_init__(self) -> None:
         if self.backbone not in backbones.names():

@@ -153,7 +153,9 @@ def _spread(height: int) -> tuple[Tensor, Tensor, Tensor]:
 
 @lru_cache(maxsize=4)
 def _kernel_spectrum(material: Material) -> Tensor:
-    """Fourier coefficients in azimuth of a material's kernel, [frequencies, rings, polar rows] (read-only)."""
+    """Fourier coefficients in azimuth of a material's kernel, [frequencies, rings, polar rows]
+    (read-only).
+    """
     if material.kind == "mirror":
         raise ValueError(f"expected a diffuse or ggx material, got {material}")
     if material.kind == "ggx" and material.alpha < MINIMUM_ALPHA:

@@ -108,7 +108,8 @@ class TrainingConfig:
     """How often each kind of panorama is seen."""
     unit: str = "photo"
     """What radiance errors are measured in: `photo`, the photo's mean luminance, or `truth`, the true mean
-    radiance. An error relative to the truth is smallest for too dark a guess, since it forgives darkness more."""
+    radiance. An error relative to the truth is smallest for too dark a guess, since it forgives darkness
+    more."""
     loss: LossWeights = field(default_factory=LossWeights)
     """What counts."""
     optimiser: OptimiserSettings = field(default_factory=OptimiserSettings)
