@@ -136,23 +136,3 @@ def test_moving_keeps_every_part() -> None:
 def test_an_unknown_sparse_mode_is_refused() -> None:
     with pytest.raises(Exception, match="dense"):
         heads(sparse_mode="dense")
-
-
-def test_a_gain_before_the_sparse_layer_keeps_fewer_anchors():
-    torch.manual_seed(0)
-    features, mean = torch.rand(3, 8, 3, 4), torch.full((3, 3), 0.2)
-    counts = []
-    for gain in (1.0, 6.0):
-        torch.manual_seed(1)
-        heads = LightHeads(8, (3, 4), sparse_gain=gain).eval()
-        heads.start_from(
-            torch.rand(128, generator=torch.Generator().manual_seed(2)) / 64,
-            0.0,
-            torch.zeros(3),
-            torch.ones(9, 3),
-            torch.zeros(2),
-        )
-        prediction = heads(features, mean)
-        torch.testing.assert_close(prediction.distribution.sum(-1), torch.ones(3))
-        counts.append((prediction.distribution > 0).sum(-1))
-    assert bool((counts[1] < counts[0]).all())
