@@ -56,11 +56,12 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
     """`KEY=VALUE` with the value in TOML; a bare word counts as a string."""
     values: dict[str, Any] = {}
     for pair in pairs:
-        key, equals, text = pair.partition("=")
+        name, equals, text = pair.partition("=")
+        key = name.strip()
         if not key or not equals:
             raise UsageError(f"--set {pair}: expected KEY=VALUE")
         try:
-            values[key.strip()] = tomllib.loads(f"value = {text}")["value"]
+            values[key] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
-            values[key.strip()] = text
+            values[key] = text
     return values

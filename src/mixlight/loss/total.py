@@ -67,11 +67,12 @@ class LossWeights:
 
 
 class TotalLoss(nn.Module):
-    """Weighs predicted light against true light, both divided by the true mean radiance.
+    """Weighs predicted light against true light, both divided by one unit for each sample.
 
-    Intensities span decades between scenes and a single bright one must not rule a step: all terms are
-    relative to the true light, those on intensities are logarithmic or bounded by Huber's function. So the
-    loss does not change when photo, prediction and truth are all made k times as bright.
+    Intensities span decades between scenes and a single bright one must not rule a step: all terms are in
+    units of the sample's own brightness (the photo's, or the true light's), and those on intensities are
+    logarithmic or bounded by Huber's function. So the loss does not change when photo, prediction and truth
+    are all made k times as bright.
 
     Convention: light in the photo's exposure and our frame, as in a `Batch`. A perfect prediction does not
         cost nothing: what the representation cannot hold of the true map remains in the spheres.
