@@ -97,11 +97,13 @@ def smooth(height: int = 64) -> Tensor:
     return torch.stack([1 + 0.4 * x + 0.2 * y, 1 + 0.3 * z - 0.3 * y, 1 + 0.2 * y + 0.4 * x * z], -1)
 
 
-def test_the_photo_shows_the_map_ahead_in_its_own_exposure(tmp_path: Path) -> None:
-    """Azimuth, mirror, pitch, roll, exposure and white balance at once: each pixel against the map."""
+@pytest.mark.parametrize("viewpoints", [0, 3])
+def test_the_photo_shows_the_map_ahead_in_its_own_exposure(tmp_path: Path, viewpoints: int) -> None:
+    """Azimuth, mirror, pose, exposure, white balance and viewpoint at once: each pixel against the map."""
     crops = CropSettings(fov_error=0, roll_deg=10, frames=False)
     lens = dataclasses.replace(PLAIN, exposure_ev=0.3, white_balance=0.1)
-    training = make(tmp_path, store(tmp_path, {"a": smooth()}), crops=crops, camera=lens)
+    sampling = SamplingSettings(moved_real=viewpoints)
+    training = make(tmp_path, store(tmp_path, {"a": smooth()}), crops=crops, camera=lens, sampling=sampling)
     batch = training.batch(0, 0, 12)
     for photo, small, (pitch, roll) in zip(
         decoded(batch.photo), batch.small_map, batch.camera.tolist(), strict=True
@@ -165,6 +167,24 @@ def test_weights_choose_the_categories(tmp_path: Path) -> None:
     torch.testing.assert_close(gains, torch.ones(60), rtol=1e-3, atol=0)
     drawn = [int(both._share.argmax()), float(both._share.max())]
     assert drawn == [1, 0.75]
+
+
+def test_viewpoints_share_the_weight_of_their_panorama_and_are_counted_once(tmp_path: Path) -> None:
+    records = store(tmp_path, {"a": room(32)})
+    records += store(tmp_path, {"r": room(32, 1)}, "room") + store(tmp_path, {"o": room(32, 2)}, "outdoor")
+    weights = {"indoor": 2.0, "room": 1.0, "outdoor": 1.0}
+    sampling = SamplingSettings(weights, moved_real=3, moved_rooms=1)
+    training = make(tmp_path, records, sampling=sampling)
+    assert training.records == records
+    shares = dict.fromkeys("aro", 0.0)
+    for record, share in zip(training._seen, training._share, strict=True):
+        shares[record.scene] += share
+    assert shares == {"a": pytest.approx(0.5), "r": pytest.approx(0.25), "o": pytest.approx(0.25)}
+    assert [record.scene for record in training._seen] == ["a"] * 4 + ["r"] * 2 + ["o"]  # not from outdoors
+    # The same viewpoints in any table.
+    again = make(tmp_path, records[::-1], sampling=sampling)
+    assert torch.equal(again._panoramas[3], training._panoramas[0])
+    assert torch.equal(again._panoramas[6], training._panoramas[3])
 
 
 def test_a_category_without_a_weight_is_refused(tmp_path: Path) -> None:

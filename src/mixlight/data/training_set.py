@@ -79,6 +79,9 @@ class SamplingSettings:
 class TrainingSet:
     """All training panoramas in memory, with their labels."""
 
+    records: list[PanoramaRecord]
+    """The panoramas that are trained on, each once, however many viewpoints are made from it."""
+
     def __init__(
         self,
         records: Sequence[PanoramaRecord],
@@ -122,7 +125,9 @@ class TrainingSet:
             raise ValueError(
                 f"expected training panoramas of a category with a weight in {dict(weights)}, got none"
             )
-        self.records: list[PanoramaRecord] = []
+        self.records = records
+        self._seen: list[PanoramaRecord] = []
+        """The record behind each viewpoint."""
         self._panoramas: list[Tensor] = []
         self._labels: list[LightLabels] = []
         shares = []
@@ -130,16 +135,15 @@ class TrainingSet:
             panorama = load_panorama(record.path)
             copies = self._copies(record)
             for copy in range(1 + copies):
-                seen = panorama
+                seen, variant = panorama, ""
                 if copy:
                     # The file's name, not its place in the table, so that adding a row changes no other
                     # panorama.
                     seed = (copy, *record.path.stem.encode())
-                    seen = moved(panorama, *random_move(np.random.default_rng(seed)))
-                self.records.append(record)
-                self._labels.append(
-                    cached_labels(record.path, seen, labels, cache, f"moved-{copy}" if copy else "")
-                )
+                    move = random_move(np.random.default_rng(seed))
+                    seen, variant = moved(panorama, *move), f"moved {move}"
+                self._seen.append(record)
+                self._labels.append(cached_labels(record.path, seen, labels, cache, variant))
                 # Half precision halves memory; light above its range still counts in the labels.
                 self._panoramas.append(seen.clamp(max=6e4).half())
                 shares.append(weights[record.category] / (1 + copies))
@@ -159,7 +163,7 @@ class TrainingSet:
 
     def _sample(self, generator: np.random.Generator) -> tuple[Tensor, ...]:
         for _ in range(_TRIES):
-            index = int(generator.choice(len(self.records), p=self._share))
+            index = int(generator.choice(len(self._seen), p=self._share))
             crop = random_crop(self.azimuths, self.crops, generator, self.canonical.fov)
             view = take_view(self._panoramas[index].float(), crop, self.canonical)
             cast = self._white_balance(index, generator)
@@ -178,7 +182,7 @@ class TrainingSet:
                 torch.tensor([crop.pitch, roll]),
             )
         raise ValueError(
-            f"{self.records[index].path}: expected views that an exposure gain between {GAIN_RANGE[0]:g} and "
+            f"{self._seen[index].path}: expected views that an exposure gain between {GAIN_RANGE[0]:g} and "
             f"{GAIN_RANGE[1]:g} can show, got none in {_TRIES} tries on this and other panoramas; are they "
             "almost black, or on another scale?"
         )
@@ -191,7 +195,7 @@ class TrainingSet:
 
     def _white_balance(self, index: int, generator: np.random.Generator) -> Tensor:
         """Channel gains that take part of a rendered room's colour cast out, keeping the mean's luminance."""
-        if self.records[index].category != "room":
+        if self._seen[index].category != "room":
             return torch.ones(3)
         mean = equirect.integrate(self._labels[index].small_map).clamp(min=1e-6)
         weights = torch.tensor([0.2126, 0.7152, 0.0722])
