@@ -76,7 +76,7 @@ def sphere_normals(
     resolution: int,
     supersample: int = 1,
     *,
-    rim: tuple[int, int] | None = (10, 4),
+    rim: bool = True,
     dtype: torch.dtype = torch.float64,
     device: torch.device | str | None = None,
 ) -> SphereSamples:
@@ -85,8 +85,8 @@ def sphere_normals(
     The disc touches the picture's four edges; a pixel counts as far as it lies on the disc. Inner pixels
     get a regular grid of `supersample`² samples. Close to the rim the normal turns ever faster (the last 1 %
     of the radius holds 8° of it) and a light behind the sphere shows as a hair-thin crescent, so pixels
-    that reach beyond .9 of the radius are sampled evenly in the normal's angle and in azimuth instead, and
-    each sample is weighted by its area in the picture.
+    that reach beyond .9 of the radius are sampled evenly in the normal's angle (at least 10 samples) and in
+    azimuth (at least 4) instead, and each sample is weighted by its area in the picture.
 
     Convention: the camera stands at +Z and looks along -Z, so the sphere shows its side that faces
     the photographer: the picture's centre has normal +Z, its right edge +X, its top edge +Y.
@@ -94,24 +94,23 @@ def sphere_normals(
     Args:
         resolution: Width and height of the picture in pixels, at least 1.
         supersample: Samples per inner pixel and axis, at least 1.
-        rim: Samples per rim pixel in angle and azimuth; None samples the rim like the rest, so that
-            `sphere_normals(resolution, rim=None)` gives the normals at the pixels' centres.
+        rim: Whether rim pixels are sampled by angle. Without, `sphere_normals(resolution, rim=False)` gives
+            the normals at the pixels' centres.
         dtype: Floating type of the result; computed in float64.
         device: Device of the result.
 
     Raises:
-        ValueError: If `resolution` or a number of samples is below 1.
+        ValueError: If `resolution` or `supersample` is below 1.
 
-    >>> samples = sphere_normals(32, rim=None)
+    >>> samples = sphere_normals(32, rim=False)
     >>> samples.normals.shape, samples.mask.sum().item()
     (torch.Size([812, 3]), 812)
     >>> [round(x, 3) for x in samples.normals[0].tolist()]  # first pixel of the top row
     [-0.219, 0.969, 0.117]
     """
-    if resolution < 1 or supersample < 1 or (rim is not None and min(rim) < 1):
+    if resolution < 1 or supersample < 1:
         raise ValueError(
-            "expected resolution and numbers of samples of at least 1,"
-            f" got {resolution}, {supersample} and {rim}"
+            f"expected resolution and supersample of at least 1, got {resolution} and {supersample}"
         )
     # Exactly symmetric, and exactly 0 in the middle, which a linspace is not.
     edge = (2 * torch.arange(resolution + 1, dtype=torch.float64) - resolution) / resolution
@@ -121,12 +120,12 @@ def sphere_normals(
     box = torch.stack((edge[j], edge[j + 1], -edge[i + 1], -edge[i]), -1)  # left, right, bottom, top
     outer = torch.hypot(box[:, :2].abs().amax(1), box[:, 2:].abs().amax(1)) > _RIM_RADIUS
     on_axis = (box[:, 0] * box[:, 1] < 0) | (box[:, 2] * box[:, 3] < 0)
-    polar = outer & ~on_axis if rim is not None else torch.zeros_like(outer)
+    polar = outer & ~on_axis & rim
 
     parts = [_grid_samples(box[~polar], supersample)]
     numbers = [(~polar).nonzero()]
-    if rim is not None and bool(polar.any()):
-        parts.append(_rim_samples(box[polar], *rim))
+    if bool(polar.any()):
+        parts.append(_rim_samples(box[polar], max(10, supersample), max(4, supersample)))
         numbers.append(polar.nonzero())
     normals = torch.cat([part[0].flatten(0, 1) for part in parts])
     weight = torch.cat([part[1].flatten() for part in parts])
