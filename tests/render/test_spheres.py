@@ -11,7 +11,9 @@ from mixlight.light.transport import (
     MATERIALS,
     VIEW,
     Material,
+    diffuse_kernel,
     diffuse_matrix,
+    ggx_kernel,
     ggx_matrix,
     sphere_matrix,
     sphere_normals,
@@ -140,6 +142,28 @@ class TestReference:
         expected = (samples.weight[here] @ rows).float() @ environment.reshape(2, -1, 3)
         got = SphereRenderer(resolution, 128, MATERIALS[index : index + 1]).render(environment)
         assert relative(got[:, 0, *place], expected) < (1e-3, 5e-3)[index]
+
+    @pytest.mark.parametrize("direction", [(1.0, 0.2, 0.3), (-0.4, 0.8, 0.9), (0.5, -0.6, -0.4)])
+    def test_a_far_lamp_against_the_kernel(self, direction):
+        """One texel of a fine map is a point light: the picture is the kernel itself."""
+        column, row = (equirect.directions_to_uv(torch.tensor(direction)) * torch.tensor([256, 128])).long()
+        lamp = torch.zeros(128, 256, 1)
+        lamp[row, column] = 1
+        towards = equirect.pixel_directions(128, dtype=torch.float64)[row, column]
+        power = equirect.solid_angle(128, dtype=torch.float64)[row, column]
+        samples = sphere_normals(32, 8)
+        view = torch.tensor(VIEW, dtype=torch.float64)
+        cos_light, cos_view = samples.normals @ towards, samples.normals @ view
+        got = SphereRenderer(32, 128, MATERIALS[:2]).render(lamp)[:, samples.mask, 0]
+        for picture, values in zip(
+            got,
+            (diffuse_kernel(cos_light), ggx_kernel(cos_light, cos_view, towards @ view)),
+            strict=True,
+        ):
+            expected = torch.zeros(len(picture), dtype=torch.float64)
+            expected.index_add_(0, samples.pixel, values * samples.weight * power)
+            assert relative(picture, expected) < 5e-3
+            assert picture.sum().item() == pytest.approx(expected.sum().item(), rel=2e-3)
 
     @pytest.mark.parametrize("index", [0, 1])
     def test_pictures_against_the_matrix(self, index):

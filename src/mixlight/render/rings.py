@@ -163,28 +163,36 @@ def _kernel_spectrum(material: Material) -> Tensor:
     grid = torch.float64
     lean = torch.linspace(0, math.pi / 2, _RINGS, dtype=grid)[:, None, None]
     polar = ((torch.arange(_POLAR_HEIGHT, dtype=grid) + 0.5) * (math.pi / _POLAR_HEIGHT))[:, None]
-    azimuth = torch.arange(_POLAR_HEIGHT + 1, dtype=grid) * (math.pi / _POLAR_HEIGHT)
-    cos_light = lean.cos() * polar.cos() + lean.sin() * polar.sin() * azimuth.cos()
+    half_turn = torch.arange(_POLAR_HEIGHT + 1, dtype=grid) * (math.pi / _POLAR_HEIGHT)
+    cos_light = torch.addcmul(lean.cos() * polar.cos(), lean.sin() * polar.sin(), half_turn.cos())
     if material.kind == "diffuse":
-        half = diffuse_kernel(cos_light, material.reflectance)
+        kernel = diffuse_kernel(cos_light, material.reflectance)
     else:
-        half = ggx_kernel(cos_light, lean.cos(), polar.cos(), material.alpha, material.reflectance)
-    full = _counter_blur(torch.cat((half, half[..., 1:-1].flip(-1)), -1))  # even in azimuth
-    spectrum: Tensor = torch.fft.rfft(full).real
-    return spectrum.permute(2, 0, 1).contiguous()
+        kernel = ggx_kernel(cos_light, lean.cos(), polar.cos(), material.alpha, material.reflectance)
+    # The transform of a real function that is even in azimuth is a cosine transform of half a turn.
+    frequency = torch.arange(_POLAR_HEIGHT + 1, dtype=grid)
+    cosines = 2 * torch.cos(frequency[:, None] * half_turn)
+    cosines[:, [0, -1]] /= 2
+    return (_counter_blur(kernel) @ cosines.T).permute(2, 0, 1).contiguous()
 
 
 def _counter_blur(kernel: Tensor) -> Tensor:
-    """Adjust [rings, polar rows, azimuth] so that linear interpolation between values is right on average.
+    """Adjust [rings, polar rows, half a turn] so that interpolation between values is right on average.
 
-    Interpolating K at a share x between grid points errs by h²/2 x (1 - x) K'', on average h²/12 K''. That is
-    taken off here in advance: along the polar angle once, along azimuth twice, for light is spread over
-    columns and pictures are read between columns. Values stay positive.
+    Linear interpolation of K at a share x between grid points errs by h²/2 x (1 - x) K'', on average
+    h²/12 K''. That is taken off here in advance: along the polar angle once, along azimuth twice, for
+    light is spread over columns and pictures are read between columns. Values stay positive.
     """
-    across = kernel.roll(_POLAR_HEIGHT, -1)
-    rows = torch.cat((across[:, :1], kernel, across[:, -1:]), 1)
-    bend = rows[:, 2:] + rows[:, :-2] + 2 * (kernel.roll(1, -1) + kernel.roll(-1, -1)) - 6 * kernel
-    return (kernel - bend / 12).clamp(min=0)
+    bend = -6 * kernel
+    # Along the polar angle; beyond a pole lies the same row at the opposite azimuth.
+    bend[:, 1:] += kernel[:, :-1]
+    bend[:, :-1] += kernel[:, 1:]
+    bend[:, [0, -1]] += kernel[:, [0, -1]].flip(-1)
+    # Along azimuth, twice; even at both ends of the half turn.
+    bend[..., 1:] += 2 * kernel[..., :-1]
+    bend[..., :-1] += 2 * kernel[..., 1:]
+    bend[..., [0, -1]] += 2 * kernel[..., [1, -2]]
+    return (kernel - bend / 12).clamp_(min=0)
 
 
 def _ring_taps(samples: SphereSamples) -> tuple[Tensor, Tensor]:
