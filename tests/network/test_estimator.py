@@ -198,8 +198,9 @@ def test_stored_weights_give_the_same_light(estimator: Estimator, stored: Path) 
     assert loaded.card["name"] == "untrained"
     assert not loaded.model.training
     one, other = loaded.estimate(photo(), FOV), estimator.estimate(photo(), FOV)
-    assert torch.equal(one.lighting.ambient, other.lighting.ambient)
-    assert torch.equal(one.lighting.energy, other.lighting.energy)
+    # Loading folds the normalisation into the kernels, which rounds differently.
+    torch.testing.assert_close(one.lighting.ambient, other.lighting.ambient, rtol=1e-4, atol=1e-5)
+    torch.testing.assert_close(one.lighting.energy, other.lighting.energy, rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,7 @@ class Estimator:
         except ValueError as error:
             raise weights.WeightsError(f"{path}: settings on the card: {error}") from error
         weights.load_into(model, state, path)
+        model.backbone = model.backbone.folded()
         return cls(model, card)
 
     def view(

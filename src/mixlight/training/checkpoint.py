@@ -96,10 +96,16 @@ def flatten_optimiser(optimiser: optim.Optimizer) -> dict[str, Tensor]:
     }
 
 
+@torch.no_grad()
 def restore_optimiser(optimiser: optim.Optimizer, flat: dict[str, Tensor]) -> None:
     """Puts flattened state back into an optimiser over the same parameters."""
     state: dict[int, dict[str, Tensor]] = {}
+    parameters = [p for group in optimiser.param_groups for p in group["params"]]
     for key, value in flat.items():
         index, _, name = key.partition(".")
+        parameter = parameters[int(index)]
+        if value.shape == parameter.shape:
+            # Files hold rows after rows; a fused optimiser needs the parameter's own order in memory.
+            value = torch.empty_like(parameter).copy_(value)
         state.setdefault(int(index), {})[name] = value
     optimiser.load_state_dict({"state": state, "param_groups": optimiser.state_dict()["param_groups"]})
