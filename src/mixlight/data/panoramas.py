@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import logging
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,12 +164,13 @@ def read_radiance(path: str | Path) -> Float[Tensor, "height width 3"]:
         raise ValueError(f"{path}: expected a .hdr, .pic or .exr panorama, got {suffix or 'no suffix'}")
     pixels, _ = exr.read(path) if suffix == ".exr" else radiance.read(path)
     panorama = torch.from_numpy(pixels)
-    overflowed = panorama == torch.inf
-    if suffix == ".exr" and bool(overflowed.any()):
-        _LOG.info("%s: %d values beyond half precision taken as %g", path, int(overflowed.sum()), _HALF_MAX)
+    # Flat, and once over: a panorama may hold a hundred million values.
+    lowest, highest = (float(value) for value in panorama.flatten().aminmax())
+    if suffix == ".exr" and highest == math.inf:
+        count = int((panorama == math.inf).sum())
+        _LOG.info("%s: %d values beyond half precision taken as %g", path, count, _HALF_MAX)
         panorama = panorama.clamp(max=_HALF_MAX)
-    lowest = float(panorama.min())
-    if -_RINGING * float(panorama.mean()) <= lowest < 0:
+    if lowest < 0 and lowest >= -_RINGING * float(panorama.mean()):
         _LOG.info("%s: values down to %g taken as 0", path, lowest)
         panorama = panorama.clamp(min=0)
     equirect.check(panorama, str(path))
