@@ -53,7 +53,7 @@ class TestAgainstPlainMatrices:
     @pytest.mark.parametrize("index", range(3))
     def test_errors(self, loss, index):
         matrix, _ = sphere_matrix(
-            MATERIALS[index], 10, 8, pixel_supersample=8 if index == 2 else 2, interpolation="nearest"
+            MATERIALS[index], 10, 8, pixel_supersample=16 if index == 2 else 2, interpolation="nearest"
         )
         p, g = maps(1), maps(2)
         pictures = [matrix @ x.reshape(-1, 3) for x in (p, g)]

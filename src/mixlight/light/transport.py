@@ -1,248 +1,53 @@
 """Light transport of a sphere as a matrix: panorama in, picture of the lit sphere out.
 
 A convex object that is lit by a distant environment and seen by a fixed camera is a linear map from
-the panorama's texels to the picture's pixels. This file holds the three reflection kernels (Lambert,
-GGX, mirror), the sampling of a sphere's picture, and the dense matrices that follow from both. They
-are the plain, exact form; `mixlight.render` has a faster one for large pictures.
+the panorama's texels to the picture's pixels. These dense matrices are the plain form of it;
+`mixlight.render` has a faster one for large pictures. Materials and kernels stand in
+`mixlight.light.reflection`, the picture's sampling in `mixlight.light.sphere_samples`; both are
+available here too.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
+from mixlight.light.reflection import (
+    MATERIALS,
+    VIEW,
+    Material,
+    diffuse_kernel,
+    ggx_kernel,
+    reflect,
+)
+from mixlight.light.sphere_samples import SphereSamples, sphere_normals
 from mixlight.sphere import equirect
+
+__all__ = [
+    "MATERIALS",
+    "VIEW",
+    "Material",
+    "SphereSamples",
+    "diffuse_kernel",
+    "diffuse_matrix",
+    "ggx_kernel",
+    "ggx_matrix",
+    "mirror_matrix",
+    "mirror_taps",
+    "reflect",
+    "sphere_matrix",
+    "sphere_normals",
+]
 
 _CHUNK_ELEMENTS = 1 << 16
 """Kernel values that are worked on at once while a matrix is built: they fit into the processor's cache."""
 
 _BLOCK_ELEMENTS = 1 << 20
 """Matrix entries that are computed at once before they are added up to pixels (float64: 8 MB)."""
-
-_RIM_RADIUS = 0.9
-"""Pixels of a sphere's picture that reach beyond this radius are sampled by angle."""
-
-
-@dataclass(frozen=True)
-class Material:
-    """One of the materials a test sphere is made of; the same in every channel."""
-
-    name: str
-    """Name used in results and pictures."""
-    kind: Literal["diffuse", "ggx", "mirror"]
-    """Reflection kernel."""
-    reflectance: float
-    """Albedo of the diffuse kernel; normal-incidence reflectance of the other two (no Fresnel term)."""
-    alpha: float = 0.0
-    """GGX roughness alpha (the square of the artist's roughness); used by `ggx` only."""
-
-
-MATERIALS: tuple[Material, ...] = (
-    Material("diffuse", "diffuse", 0.8),
-    Material("matte", "ggx", 0.8, alpha=0.3271**2),
-    Material("mirror", "mirror", 0.8),
-)
-"""The three spheres of protocol M: gray diffuse, matte silver, mirror silver, in this order.
-
-Reflectance and roughness are those that protocol S names (base colour .8, roughness .3271), so that
-the two protocols differ in exposure and tone-mapping alone.
-"""
-
-VIEW: tuple[float, float, float] = (0.0, 0.0, 1.0)
-"""Direction from a test sphere to its camera: +Z, for the camera looks along -Z like the photo's."""
-
-
-@dataclass(frozen=True)
-class SphereSamples:
-    """Surface points under the pixels of a sphere's picture, made by `sphere_normals`."""
-
-    normals: Float[Tensor, "samples 3"]
-    """Outward unit normals, those of one pixel behind one another."""
-    pixel: Int[Tensor, " samples"]
-    """The pixel of each sample, as its number among the True of `mask`, in row order; ascending."""
-    weight: Float[Tensor, " samples"]
-    """Share of each sample in its pixel; they sum to 1 for each pixel."""
-    mask: Bool[Tensor, "resolution resolution"]
-    """True where the pixel's centre lies on the disc."""
-
-
-def sphere_normals(
-    resolution: int,
-    supersample: int = 1,
-    *,
-    rim: bool = True,
-    dtype: torch.dtype = torch.float64,
-    device: torch.device | str | None = None,
-) -> SphereSamples:
-    """Sample the normals of a sphere as an orthographic camera sees it, for the mean over each pixel.
-
-    The disc touches the picture's four edges; a pixel counts as far as it lies on the disc. Inner pixels
-    get a regular grid of `supersample`² samples. Close to the rim the normal turns ever faster (the last 1 %
-    of the radius holds 8° of it) and a light behind the sphere shows as a hair-thin crescent, so pixels
-    that reach beyond .9 of the radius are sampled evenly in the normal's angle (at least 10 samples) and in
-    azimuth (at least 4) instead, and each sample is weighted by its area in the picture.
-
-    Convention: the camera stands at +Z and looks along -Z, so the sphere shows its side that faces
-    the photographer: the picture's centre has normal +Z, its right edge +X, its top edge +Y.
-
-    Args:
-        resolution: Width and height of the picture in pixels, at least 1.
-        supersample: Samples per inner pixel and axis, at least 1.
-        rim: Whether rim pixels are sampled by angle. Without, `sphere_normals(resolution, rim=False)` gives
-            the normals at the pixels' centres.
-        dtype: Floating type of the result; computed in float64.
-        device: Device of the result.
-
-    Raises:
-        ValueError: If `resolution` or `supersample` is below 1.
-
-    >>> samples = sphere_normals(32, rim=False)
-    >>> samples.normals.shape, samples.mask.sum().item()
-    (torch.Size([812, 3]), 812)
-    >>> [round(x, 3) for x in samples.normals[0].tolist()]  # first pixel of the top row
-    [-0.219, 0.969, 0.117]
-    """
-    if resolution < 1 or supersample < 1:
-        raise ValueError(
-            f"expected resolution and supersample of at least 1, got {resolution} and {supersample}"
-        )
-    # Exactly symmetric, and exactly 0 in the middle, which a linspace is not.
-    edge = (2 * torch.arange(resolution + 1, dtype=torch.float64) - resolution) / resolution
-    centre = (edge[:-1] + edge[1:]) / 2
-    mask = torch.hypot(centre, centre[:, None]) < 1
-    i, j = mask.nonzero(as_tuple=True)
-    box = torch.stack((edge[j], edge[j + 1], -edge[i + 1], -edge[i]), -1)  # left, right, bottom, top
-    outer = torch.hypot(box[:, :2].abs().amax(1), box[:, 2:].abs().amax(1)) > _RIM_RADIUS
-    on_axis = (box[:, 0] * box[:, 1] < 0) | (box[:, 2] * box[:, 3] < 0)
-    polar = outer & ~on_axis & rim
-
-    parts = [_grid_samples(box[~polar], supersample)]
-    numbers = [(~polar).nonzero()]
-    if bool(polar.any()):
-        parts.append(_rim_samples(box[polar], max(10, supersample), max(4, supersample)))
-        numbers.append(polar.nonzero())
-    normals = torch.cat([part[0].flatten(0, 1) for part in parts])
-    weight = torch.cat([part[1].flatten() for part in parts])
-    pixel = torch.cat(
-        [n.expand(-1, part[1].shape[1]).flatten() for n, part in zip(numbers, parts, strict=True)]
-    )
-    kept = weight > 0
-    order = pixel[kept].argsort(stable=True)
-    normals, pixel, weight = (x[kept][order] for x in (normals, pixel, weight))
-    return SphereSamples(
-        normals.to(device, dtype), pixel.to(device), weight.to(device, dtype), mask.to(device)
-    )
-
-
-def _grid_samples(box: Tensor, count: int) -> tuple[Tensor, Tensor]:
-    """Normals [pixels, count², 3] and weights on a regular grid in each box; weight 0 off the disc."""
-    step = (torch.arange(count, dtype=torch.float64) + 0.5) / count
-    x = box[:, 0, None] + step * (box[:, 1] - box[:, 0])[:, None]
-    y = box[:, 2, None] + step * (box[:, 3] - box[:, 2])[:, None]
-    x = x[:, None, :].expand(-1, count, -1).flatten(1)
-    y = y[:, :, None].expand(-1, -1, count).flatten(1)
-    weight = (x.square() + y.square() < 1).double()
-    z = (1 - x.square() - y.square()).clamp(min=0).sqrt()
-    return torch.stack((x, y, z), -1), weight / weight.sum(1, keepdim=True)
-
-
-def _rim_samples(box: Tensor, angles: int, azimuths: int) -> tuple[Tensor, Tensor]:
-    """Normals and weights, even in the normal's angle and azimuth, in boxes that cross no axis."""
-    sign = torch.stack((box[:, 0] + box[:, 1], box[:, 2] + box[:, 3]), -1).sign()
-    (x0, x1), (y0, y1) = (
-        box[:, k : k + 2].abs().sort(dim=1).values[..., None].unbind(1) for k in (0, 2)
-    )  # the box, turned into the first quadrant
-    inner, outer = torch.hypot(x0, y0).asin(), torch.hypot(x1, y1).clamp(max=1).asin()
-    step = (torch.arange(angles, dtype=torch.float64) + 0.5) / angles
-    angle = inner + step * (outer - inner)
-    radius = angle.sin()
-    # The arc of this radius inside the box.
-    begin = torch.maximum((x1 / radius).clamp(max=1).acos(), (y0 / radius).clamp(max=1).asin())
-    end = torch.minimum((x0 / radius).clamp(max=1).acos(), (y1 / radius).clamp(max=1).asin())
-    arc = (end - begin).clamp(min=0)
-    step = (torch.arange(azimuths, dtype=torch.float64) + 0.5) / azimuths
-    azimuth = begin[..., None] + step * arc[..., None]
-    weight = (arc * radius * angle.cos())[..., None].expand_as(azimuth)  # r dr = sin cos of the angle
-    x = sign[:, 0, None, None] * radius[..., None] * azimuth.cos()
-    y = sign[:, 1, None, None] * radius[..., None] * azimuth.sin()
-    normals = torch.stack((x, y, angle.cos()[..., None].expand_as(x)), -1).flatten(1, 2)
-    weight = weight.flatten(1)
-    return normals, weight / weight.sum(1, keepdim=True)
-
-
-def diffuse_kernel(
-    cos_light: Float[Tensor, "*shape"], albedo: float = MATERIALS[0].reflectance
-) -> Float[Tensor, "*shape"]:
-    """Radiance that a Lambertian surface sends out per incident radiance and steradian [1/sr].
-
-    k = albedo / pi * max(n.l, 0)
-
-    Convention: the foreshortening n.l is part of the kernel: under radiance 1 from everywhere the
-    surface shows exactly `albedo`. Albedo .8, light along the normal: k = .8 / pi = .2546.
-
-    >>> round(diffuse_kernel(torch.tensor(1.0)).item(), 4)
-    0.2546
-    """
-    return cos_light.clamp(min=0) * (albedo / math.pi)
-
-
-def ggx_kernel(
-    cos_light: Float[Tensor, "*#shape"],
-    cos_view: Float[Tensor, "*#shape"],
-    light_dot_view: Float[Tensor, "*#shape"],
-    alpha: float = MATERIALS[1].alpha,
-    colour: float = MATERIALS[1].reflectance,
-) -> Float[Tensor, "*shape"]:
-    """Radiance that a rough metal sends out per incident radiance and steradian [1/sr].
-
-    With c_l = n.l, c_v = n.v, c_h = n.h the cosines of light, view and half vector:
-
-        k = colour * D / (2 (c_v s(c_l) + c_l s(c_v))) * max(c_l, 0)
-        D = alpha² / (pi (1 - (1 - alpha²) c_h²)²)
-        s(c) = sqrt(alpha² + (1 - alpha²) c²)
-
-    which is D G2 / (4 c_l c_v) * c_l with Smith's height-correlated masking and shadowing G2; one
-    bounce, and no Fresnel term (`colour` at every angle).
-
-    Convention: n.l is part of the kernel. Light, view and normal in one line, alpha .25, colour .8:
-    D = 1 / (pi alpha²) = 5.093, k = .8 D / 4 = 1.0186.
-
-    Source: Heitz, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, 2014.
-
-    >>> one = torch.tensor(1.0)
-    >>> round(ggx_kernel(one, one, one, alpha=0.25, colour=0.8).item(), 4)
-    1.0186
-    """
-    alpha2 = alpha * alpha
-    light = cos_light.clamp(min=0)
-    view = cos_view.clamp(min=0)
-    # (l + v)/|l + v| . n, squared, without forming the half vector. Where l + v vanishes, so does n.l.
-    cos_half2 = (cos_light + cos_view) ** 2 / (2 + 2 * light_dot_view).clamp(min=1e-12)
-    spread = (1 - (1 - alpha2) * cos_half2.clamp(max=1)) ** 2
-    smith = (
-        view * (alpha2 + (1 - alpha2) * light**2).sqrt() + light * (alpha2 + (1 - alpha2) * view**2).sqrt()
-    )
-    return light * (colour * alpha2 / (2 * math.pi)) / (spread * smith).clamp(min=1e-30)
-
-
-def reflect(normals: Float[Tensor, "*n 3"], view: Float[Tensor, " 3"]) -> Float[Tensor, "*n 3"]:
-    """Direction from which a mirror shows light to the viewer: 2 (n.v) n - v.
-
-    Convention: all directions point away from the surface. Seen along +Z, the normal that leans by
-    45° to the right shows what lies at +X.
-
-    >>> half = math.sqrt(0.5)
-    >>> d = reflect(torch.tensor([half, 0.0, half]), torch.tensor([0.0, 0.0, 1.0]))
-    >>> [round(x, 4) for x in d.tolist()]
-    [1.0, 0.0, 0.0]
-    """
-    return 2 * (normals @ view)[..., None] * normals - view
 
 
 def mirror_taps(
@@ -338,18 +143,9 @@ def mirror_matrix(
     >>> round(mirror_matrix(n, n, 16).sum().item(), 4)
     0.8
     """
-    width = _map_width(height, width)
-    directions = reflect(normals.double(), view.double())
-    if interpolation == "linear":
-        index, weight = mirror_taps(directions, height, width)
-    elif interpolation == "nearest":
-        uv = equirect.directions_to_uv(directions)
-        row = (uv[..., 1] * height).long().clamp(max=height - 1)
-        index = (row * width + (uv[..., 0] * width).long() % width)[..., None]
-        weight = torch.ones_like(index, dtype=torch.float64)
-    else:
-        raise ValueError(f"expected interpolation 'linear' or 'nearest', got {interpolation!r}")
-    matrix = torch.zeros(*normals.shape[:-1], height * width, dtype=torch.float64, device=normals.device)
+    index, weight = _mirror_entries(normals.double(), view.double(), height, width, interpolation)
+    texels = height * _map_width(height, width)
+    matrix = torch.zeros(*normals.shape[:-1], texels, dtype=torch.float64, device=normals.device)
     return matrix.scatter_add_(-1, index, weight * colour).to(normals.dtype)
 
 
@@ -390,42 +186,71 @@ def sphere_matrix(
     >>> matrix.shape, round(matrix.sum(-1).mean().item(), 4)
     (torch.Size([52, 512]), 0.8)
     """
-    width = _map_width(height, width)
     samples = sphere_normals(resolution, pixel_supersample)
-    view = torch.tensor(VIEW, dtype=torch.float64)
     half = (resolution + 1) // 2
     i, j = samples.mask.nonzero(as_tuple=True)
     first_quarter = (i < half) & (j < half)
     chosen = first_quarter[samples.pixel]
-    normals, weight = samples.normals[chosen], samples.weight[chosen]
-    rows = (first_quarter.cumsum(0) - 1)[samples.pixel[chosen]]
-
-    quarter = torch.zeros(int(first_quarter.sum()), height * width, dtype=torch.float64)
-    for part in torch.split(torch.arange(len(normals)), max(1, _BLOCK_ELEMENTS // (height * width))):
-        n = normals[part]
-        if material.kind == "diffuse":
-            values = diffuse_matrix(n, height, width, material.reflectance, texel_supersample)
-        elif material.kind == "ggx":
-            values = ggx_matrix(
-                n, view, height, width, material.alpha, material.reflectance, texel_supersample
-            )
-        else:
-            values = mirror_matrix(n, view, height, width, material.reflectance, interpolation)
-        quarter.index_add_(0, rows[part], values * weight[part, None])
+    part = SphereSamples(
+        samples.normals[chosen],
+        (first_quarter.cumsum(0) - 1)[samples.pixel[chosen]],
+        samples.weight[chosen],
+        samples.mask,
+    )
+    shape = (int(first_quarter.sum()), height, _map_width(height, width))
+    if material.kind == "mirror":
+        quarter = _mirror_pixels(material, part, shape, interpolation)
+    else:
+        quarter = _dense_pixels(material, part, shape, texel_supersample)
 
     # A pixel elsewhere sees what its mirror image in the first quarter sees in the mirrored panorama.
     number = torch.empty(half, half, dtype=torch.int64)
     number[i[first_quarter], j[first_quarter]] = torch.arange(len(quarter))
-    table = quarter.to(dtype).reshape(-1, height, width)
-    matrix = torch.empty(len(i), height, width, dtype=dtype)
+    quarter = quarter.to(dtype).reshape(shape)
+    matrix = torch.empty(len(i), *shape[1:], dtype=dtype)
     for below in (False, True):
         for right in (False, True):
             here = ((i >= half) == below) & ((j >= half) == right)
             row = resolution - 1 - i[here] if below else i[here]
             column = resolution - 1 - j[here] if right else j[here]
             axes = [axis for axis, flipped in ((1, below), (2, right)) if flipped]
-            matrix[here] = (table.flip(axes) if axes else table)[number[row, column]]
-    return matrix.reshape(len(i), -1).to(device), samples.mask.to(device)
+            matrix[here] = (quarter.flip(axes) if axes else quarter)[number[row, column]]
+    return matrix.flatten(1).to(device), samples.mask.to(device)
+
+
+def _dense_pixels(
+    material: Material, samples: SphereSamples, shape: tuple[int, int, int], texel_supersample: int
+) -> Tensor:
+    """Rows of a diffuse or GGX sphere: the kernel's matrix at every sample, added up to pixels."""
+    pixels, height, width = shape
+    view = torch.tensor(VIEW, dtype=torch.float64)
+    result = torch.zeros(pixels, height * width, dtype=torch.float64)
+    for block in torch.split(torch.arange(len(samples.normals)), max(1, _BLOCK_ELEMENTS // (height * width))):
+        normals = samples.normals[block]
+        if material.kind == "diffuse":
+            values = diffuse_matrix(normals, height, width, material.reflectance, texel_supersample)
+        else:
+            values = ggx_matrix(
+                normals, view, height, width, material.alpha, material.reflectance, texel_supersample
+            )
+        result.index_add_(0, samples.pixel[block], values * samples.weight[block, None])
+    return result
+
+
+def _mirror_pixels(
+    material: Material,
+    samples: SphereSamples,
+    shape: tuple[int, int, int],
+    interpolation: Literal["linear", "nearest"],
+) -> Tensor:
+    """Rows of a mirror sphere: the few texels of every sample, put straight into the pixels' rows."""
+    pixels, height, width = shape
+    view = torch.tensor(VIEW, dtype=torch.float64)
+    index, share = _mirror_entries(samples.normals, view, height, width, interpolation)
+    row = samples.pixel[:, None].expand_as(index)
+    value = share * samples.weight[:, None] * material.reflectance
+    result = torch.zeros(pixels, height * width, dtype=torch.float64)
+    return result.index_put_((row.flatten(), index.flatten()), value.flatten(), accumulate=True)
 
 
 def _map_width(height: int, width: int | None) -> int:
@@ -433,6 +258,22 @@ def _map_width(height: int, width: int | None) -> int:
     if height < 1 or width < 2 or width % 2:
         raise ValueError(f"expected a map of height >= 1 and even width >= 2, got {height} x {width}")
     return width
+
+
+def _mirror_entries(
+    normals: Tensor, view: Tensor, height: int, width: int | None, interpolation: str
+) -> tuple[Tensor, Tensor]:
+    """Texels, and their weights, that mirror points show: [..., 4] for `linear`, [..., 1] for `nearest`."""
+    width = _map_width(height, width)
+    directions = reflect(normals, view)
+    if interpolation == "linear":
+        return mirror_taps(directions, height, width)
+    if interpolation == "nearest":
+        uv = equirect.directions_to_uv(directions)
+        row = (uv[..., 1] * height).long().clamp(max=height - 1)
+        index = (row * width + (uv[..., 0] * width).long() % width)[..., None]
+        return index, torch.ones_like(index, dtype=normals.dtype)
+    raise ValueError(f"expected interpolation 'linear' or 'nearest', got {interpolation!r}")
 
 
 def _matrix(
@@ -461,4 +302,4 @@ def _matrix(
         values = kernel(flat[start : start + step], lights) * solid_angle
         parts = values.reshape(-1, height, supersample, width, supersample)
         result[start : start + step] = parts.sum((2, 4)).reshape(-1, height * width)
-    return result.reshape(*normals.shape[:-1], -1).to(normals.dtype)
+    return result.reshape(*normals.shape[:-1], height * width).to(normals.dtype)
