@@ -12,9 +12,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.image.color import linear_to_srgb
 from mixlight.light.lighting import Lighting
-from mixlight.network import weights
+from mixlight.network import srgb, weights
 from mixlight.network.heads import Prediction
 from mixlight.network.model import MixLightNet, ModelSettings
 
@@ -127,11 +126,10 @@ class Estimator:
         black = (views.amax((1, 2, 3)) <= 0).nonzero().flatten().tolist()
         if black:
             raise ValueError(f"expected photos with light in them, got an all-black view (number {black[0]})")
-        linear = views.detach().clamp(0, 1).float().cpu().numpy()
-        encoded = torch.from_numpy(linear_to_srgb(linear)).permute(0, 3, 1, 2).contiguous()
         with torch.inference_mode():
             device = next(self.model.parameters()).device
-            prediction = self.model(encoded.to(device)).to(views.device)
+            encoded = srgb.encode(views.to(device).clamp(0, 1).float())
+            prediction = self.model(encoded.permute(0, 3, 1, 2)).to(views.device)
         lights = to_lighting(prediction, self.model.settings.sharpness)
         poses: Sequence[Sequence[float]] = prediction.camera.tolist()
         return [

@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from mixlight.network import backbones
+from mixlight.network import backbones, srgb
 from mixlight.network.canonical import CanonicalView
 from mixlight.network.heads import LightHeads, Prediction
 from mixlight.network.sparsemax import MODES, Mode
@@ -168,8 +168,6 @@ def mean_linear_colour(photo: Float[Tensor, "batch 3 height width"]) -> Float[Te
     >>> mean_linear_colour(torch.full((1, 3, 2, 2), 0.5))
     tensor([[0.2140, 0.2140, 0.2140]])
     """
-    # The transfer function as in mixlight.image.color, which is NumPy and cannot be part of the graph.
-    linear = torch.where(photo <= 0.04045, photo / 12.92, ((photo.clamp(min=0.04045) + 0.055) / 1.055) ** 2.4)
-    mean = linear.float().mean((2, 3))
+    mean = srgb.decode(photo).float().mean((2, 3))
     floor = (_WEAKEST * mean.amax(1, keepdim=True)).clamp(min=_DARKEST)
     return torch.maximum(mean, floor)
