@@ -5,7 +5,7 @@ import torch
 from benchmarks.timing import Result, side_by_side
 from mixlight.network.estimator import Estimator
 
-COUNT, CHUNK = 64, 16
+COUNT, CHUNK = 64, 32
 
 
 def measure() -> Result:
