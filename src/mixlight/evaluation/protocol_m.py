@@ -47,7 +47,7 @@ class Scores:
             ValueError: not one group for each sample.
 
         >>> scores = Scores(torch.tensor([[0.1, 0.2, 0.3], [0.3, 0.4, 0.5]]), torch.zeros(2, 3))
-        >>> scores.summary(["room", "room"])["diffuse_rmse"]
+        >>> scores.summary(["room", "room"], resamples=50)["diffuse_rmse"]
         {'median': 0.2, 'mean': 0.2, 'median_95': [0.2, 0.2]}
         """
         if len(groups) != len(self.rmse):

@@ -312,7 +312,11 @@ class Run:
             )
         self.step = saved.step
         self.model.load_state_dict(saved.model)
-        self.average = {k: v.to(self.device) for k, v in saved.average.items()}
+        # In the weights' own order in memory: arithmetic on mixed orders takes other paths, which may round
+        # otherwise.
+        self.average = {
+            k: torch.empty_like(v).copy_(saved.average[k]) for k, v in self.model.state_dict().items()
+        }
         self.best = {k: v.to(self.device) for k, v in saved.best.items()}
         self.best_metrics = saved.notes["best_metrics"]
         checkpoints.restore_optimiser(self.optimiser, saved.optimiser)
