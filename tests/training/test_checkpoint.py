@@ -128,3 +128,38 @@ def test_a_restored_optimiser_goes_on_as_the_old_one(kind: type[torch.optim.Adam
     assert torch.equal(second.weight, unbroken.weight)
     assert torch.equal(second.bias, unbroken.bias)
     assert [group["peak"] for group in after.param_groups] == [1, 2]
+
+
+def test_state_comes_back_in_the_weights_own_order_in_memory(tmp_path: Path) -> None:
+    """A fused optimiser walks memory, not indices: rows after rows beside channels-last weights would mix them."""
+
+    def step(model: nn.Conv2d, optimiser: torch.optim.Optimizer, k: int) -> None:
+        optimiser.zero_grad()
+        picture = torch.randn(1, 3, 8, 8, generator=torch.Generator().manual_seed(k))
+        model(picture.to(memory_format=torch.channels_last)).square().sum().backward()
+        optimiser.step()
+
+    def fresh() -> tuple[nn.Conv2d, torch.optim.Optimizer]:
+        with torch.random.fork_rng():
+            torch.manual_seed(0)
+            model = nn.Conv2d(3, 4, 3)
+        model = model.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        return model, torch.optim.AdamW(model.parameters(), 0.1, fused=True)
+
+    unbroken, optimiser = fresh()
+    first, before = fresh()
+    for k in range(3):
+        step(unbroken, optimiser, k)
+        step(first, before, k)
+    checkpoints.save(
+        tmp_path / "c", Checkpoint(3, first.state_dict(), {}, {}, checkpoints.flatten_optimiser(before), {})
+    )
+    loaded = checkpoints.load(tmp_path / "c")
+    second, after = fresh()
+    second.load_state_dict(loaded.model)
+    checkpoints.restore_optimiser(after, loaded.optimiser)
+    for k in range(3, 6):
+        step(unbroken, optimiser, k)
+        step(second, after, k)
+    assert torch.equal(second.weight, unbroken.weight)
+    assert torch.equal(second.bias, unbroken.bias)
