@@ -131,7 +131,7 @@ def test_a_restored_optimiser_goes_on_as_the_old_one(kind: type[torch.optim.Adam
 
 
 def test_state_comes_back_in_the_weights_own_order_in_memory(tmp_path: Path) -> None:
-    """A fused optimiser walks memory, not indices: beside channels-last weights, other orders would be mixed."""
+    """A fused optimiser walks memory, not indices; beside channels-last weights other orders mix."""
 
     def step(model: nn.Conv2d, optimiser: torch.optim.Optimizer, k: int) -> None:
         optimiser.zero_grad()
