@@ -163,3 +163,11 @@ def test_differences_name_keys_that_matter() -> None:
     rate = TrainingConfig(("a.csv",)).optimiser.learning_rate
     assert found[0] == f"optimiser.learning_rate: 0.5 -> {rate!r}"
     assert math.isfinite(rate)
+
+
+def test_the_configs_of_the_experiments_are_read() -> None:
+    folder = Path(__file__).parents[2] / "experiments"
+    paths = sorted(folder.glob("*.toml"))
+    assert paths or not folder.exists()  # a source archive holds no experiments
+    for path in paths:
+        assert read_config(path).tables
