@@ -1,0 +1,169 @@
+"""Blender as a separate program: find it, hand it a script, and tell what went wrong in its own words.
+
+Blender's Python module is compiled for one Python and one NumPy, so it is never imported here: scripts run in
+a virtual environment of their own that holds PyPI's `bpy`, or in an installed Blender.
+"""
+
+import os
+import signal
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+__all__ = ["VARIABLE", "BlenderError", "BlenderMissing", "find_blender", "install_commands", "run"]
+
+VARIABLE = "MIXLIGHT_BLENDER_PYTHON"
+"""Environment variable that names the Python with `bpy`, or a Blender program."""
+
+_RELEASE = "5.0.1"
+_LAST_LINES = 12
+
+
+class BlenderError(RuntimeError):
+    """A script failed inside Blender; the message ends with Blender's own last lines."""
+
+
+class BlenderMissing(BlenderError):
+    """No Blender was found; the message says how to get one."""
+
+
+def install_commands() -> str:
+    """The shell commands that put Blender where `find_blender` looks.
+
+    >>> print(install_commands().replace(str(_home()), "HOME"))
+    python3.11 -m venv HOME
+    HOME/bin/python -m pip install "bpy==5.0.1" "numpy<2"
+    """
+    home = _home()
+    return f'python3.11 -m venv {home}\n{home}/bin/python -m pip install "bpy=={_RELEASE}" "numpy<2"'
+
+
+def find_blender() -> Path:
+    """The Python that can `import bpy`, or the Blender program, that `run` starts.
+
+    It is ``$MIXLIGHT_BLENDER_PYTHON``, else ``mixlight/blender/bin/python`` in ``$XDG_DATA_HOME`` (by default
+    ``~/.local/share``). That it works shows when it runs.
+
+    Raises:
+        BlenderMissing: there is no such program; the message holds the commands that install it.
+    """
+    named = os.environ.get(VARIABLE)
+    path = Path(named).expanduser() if named else _home() / "bin" / "python"
+    if path.is_file() and os.access(path, os.X_OK):
+        return path.absolute()  # not resolved: a virtual environment is known by its link
+    found = f"{VARIABLE} names {path}, which is no program" if named else f"{path} does not exist"
+    commands = "\n".join(f"  {line}" for line in install_commands().splitlines())
+    raise BlenderMissing(
+        f"expected Blender, received none ({found}). Blender needs an environment of its own:\n{commands}\n"
+        f"or set {VARIABLE} to a Python that can import bpy, or to a Blender program"
+    )
+
+
+def run(
+    script: str | os.PathLike[str],
+    arguments: Sequence[str | os.PathLike[str]] = (),
+    *,
+    timeout: float,
+    blender: str | os.PathLike[str] | None = None,
+    cwd: str | os.PathLike[str] | None = None,
+) -> str:
+    """Run a script inside Blender, without a window and without the user's settings, and return its output.
+
+    The script finds its arguments behind ``--``, in every kind of Blender::
+
+        arguments = sys.argv[sys.argv.index("--") + 1 :]
+
+    It hands results over in files, and fails by raising (or by a non-zero `sys.exit`).
+
+    Args:
+        script: the Python file to run.
+        arguments: texts and paths for the script.
+        timeout: seconds after which Blender, with everything it started, is killed.
+        blender: a Python with `bpy` or a Blender program (its file name starts with "blender"); what
+            `find_blender` finds if not given.
+        cwd: folder to run in.
+
+    Returns:
+        What Blender wrote to stdout and stderr, in their order. It is chatty: do not parse it for results.
+
+    Raises:
+        BlenderMissing: no Blender.
+        BlenderError: the script raised, exited with another status than 0, crashed or ran out of time; the
+            message ends with Blender's last lines.
+        OSError: the script cannot be read.
+    """
+    path = Path(script).absolute()
+    with path.open("rb"):  # Blender itself goes on without a script that is missing
+        pass
+    program = find_blender() if blender is None else Path(blender).absolute()
+    command = [str(program), *_options(program), str(path), "--", *(os.fspath(a) for a in arguments)]
+    try:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            cwd=cwd,
+            start_new_session=True,  # so that a timeout ends its children too
+        )
+    except OSError as error:
+        raise BlenderMissing(
+            f"expected a program that runs, received {program}: {error.strerror or error}"
+        ) from None
+    try:
+        raw, _ = process.communicate(timeout=timeout)
+    except BaseException as error:
+        _end(process)
+        raw, _ = process.communicate()
+        if isinstance(error, subprocess.TimeoutExpired):
+            late = f"{path.name} in Blender: expected an end within {timeout:g} s, received none"
+            raise BlenderError(_with_last_lines(late, _decoded(raw))) from None
+        raise
+    output = _decoded(raw)
+    if process.returncode:
+        if "No module named 'bpy'" in output:
+            raise BlenderMissing(f"expected a Python that can import bpy, received {program}")
+        raise BlenderError(_with_last_lines(f"{path.name} in Blender: {_status(process.returncode)}", output))
+    return output
+
+
+def _home() -> Path:
+    data = os.environ.get("XDG_DATA_HOME", "")
+    # The XDG rules say to ignore what is not absolute.
+    base = Path(data) if os.path.isabs(data) else Path.home() / ".local" / "share"
+    return base / "mixlight" / "blender"
+
+
+def _options(program: Path) -> list[str]:
+    if program.name.lower().startswith("blender"):
+        # The exit status counts only for scripts that stand behind it.
+        return ["--background", "--factory-startup", "--python-exit-code", "1", "--python"]
+    return ["-I"]  # neither PYTHONPATH nor the current folder may put our own NumPy in the way
+
+
+def _status(code: int) -> str:
+    if code > 0:
+        return f"exit status {code}"
+    try:
+        return f"ended by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"ended by signal {-code}"
+
+
+def _decoded(raw: bytes) -> str:
+    return raw.decode("utf-8", errors="replace")
+
+
+def _with_last_lines(message: str, output: str) -> str:
+    lines = [line.rstrip() for line in output.splitlines() if line.strip()]
+    return "\n".join([message, *(f"  {line}" for line in lines[-_LAST_LINES:])])
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Kill the process and whatever it started."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+    except AttributeError:  # Windows has no process groups
+        process.kill()
