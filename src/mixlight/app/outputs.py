@@ -2,8 +2,6 @@
 
 import contextlib
 import json
-import os
-import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ from torch import Tensor
 
 from mixlight import __version__
 from mixlight.image import exr, ldr, radiance
+from mixlight.image.atomic import atomic_folder
 from mixlight.light import document
 from mixlight.light.lighting import Lighting
 
@@ -25,39 +24,14 @@ FILES = ("environment.exr", "environment.hdr", "lighting.json", "preview.png", "
 
 @contextlib.contextmanager
 def replaced_folder(folder: Path) -> Iterator[Path]:
-    """Gives a hidden new folder beside `folder`, which takes its place when the block ends and vanishes when
-    it fails.
-
-    An older `folder` stays untouched until the new one is complete. Files in it that are not ours (see
-    `FILES`) are carried over, whatever they are.
+    """Gives a hidden new folder that becomes `folder` when the block ends (`mixlight.image.atomic`); files of
+    an older one that are not ours (see `FILES`) are carried over, whatever they are.
 
     Raises:
         OSError: the folder's parent cannot be written to, or `folder` is a file.
     """
-    if folder.exists() and not folder.is_dir():
-        raise NotADirectoryError(20, "Expected a folder or nothing, received a file", str(folder))
-    short = folder.name[:50]  # the hidden names must fit where the long name just does
-    fresh = folder.with_name(f".{short}.{os.getpid()}.new")
-    stale = folder.with_name(f".{short}.{os.getpid()}.old")
-    fresh.mkdir()
-    try:
+    with atomic_folder(folder, FILES) as fresh:
         yield fresh
-        if folder.exists():
-            folder.rename(stale)
-            try:
-                fresh.rename(folder)
-            except BaseException:
-                stale.rename(folder)
-                raise
-            for entry in stale.iterdir():
-                if entry.name not in FILES:
-                    entry.rename(folder / entry.name)
-            shutil.rmtree(stale)
-        else:
-            fresh.rename(folder)
-    except BaseException:
-        shutil.rmtree(fresh, ignore_errors=True)
-        raise
 
 
 def write_result(

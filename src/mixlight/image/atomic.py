@@ -1,12 +1,13 @@
-"""Files that appear whole or not at all."""
+"""Files and folders that appear whole or not at all."""
 
 import contextlib
 import os
 import secrets
-from collections.abc import Iterator
+import shutil
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
-__all__ = ["atomic_path"]
+__all__ = ["atomic_folder", "atomic_path"]
 
 
 @contextlib.contextmanager
@@ -55,3 +56,63 @@ def atomic_path(path: str | os.PathLike[str], *, durable: bool = False) -> Itera
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+@contextlib.contextmanager
+def atomic_folder(folder: Path, ours: Collection[str] = ()) -> Iterator[Path]:
+    """Gives a hidden new folder beside `folder`, which takes its place when the block ends and vanishes when
+    it fails.
+
+    An older `folder` stays untouched until the new one is complete. What lies in it and has no successor of
+    its name in the new one is carried over, at any depth, whatever it is; except for top-level names that are
+    `ours`: these are of an earlier result and go with it.
+
+    Args:
+        folder: the folder to be made; its parent must exist.
+        ours: names that no other program would give to its files.
+
+    Raises:
+        OSError: the folder's parent cannot be written to, or `folder` is a file.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as parent:
+    ...     with atomic_folder(Path(parent) / "a") as fresh:
+    ...         _ = (fresh / "light.txt").write_text("on")
+    ...     [str(p.relative_to(parent)) for p in Path(parent).rglob("*.txt")]
+    ['a/light.txt']
+    """
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(20, "Expected a folder or nothing, received a file", str(folder))
+    short = folder.name[:50]  # the hidden names must fit where the long name just does
+    fresh = folder.with_name(f".{short}.{os.getpid()}.new")
+    stale = folder.with_name(f".{short}.{os.getpid()}.old")
+    try:
+        fresh.mkdir()
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(folder)) from None
+    try:
+        yield fresh
+        if folder.exists():
+            folder.rename(stale)
+            try:
+                fresh.rename(folder)
+            except BaseException:
+                stale.rename(folder)
+                raise
+            for entry in list(stale.iterdir()):
+                if entry.name not in ours:
+                    _carry_over(entry, folder / entry.name)
+            shutil.rmtree(stale)
+        else:
+            fresh.rename(folder)
+    except BaseException:
+        shutil.rmtree(fresh, ignore_errors=True)
+        raise
+
+
+def _carry_over(old: Path, new: Path) -> None:
+    if not os.path.lexists(new):
+        old.rename(new)
+    elif old.is_dir() and new.is_dir() and not old.is_symlink():
+        for entry in list(old.iterdir()):
+            _carry_over(entry, new / entry.name)

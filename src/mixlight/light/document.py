@@ -60,19 +60,19 @@ def to_document(
             "basis": "real-sh",
             "order": "l*l+l+m",
             "degree": lighting.degree,
-            "coefficients": _numbers(lighting.ambient),
+            "coefficients": numbers(lighting.ambient),
         },
         "sources": {
             "anchors": "vogel",
             "count": len(energy),
             "sharpness": float(lighting.sharpness),
-            "energy": [[index, *rgb] for index, rgb in zip(lit.tolist(), _numbers(energy[lit]), strict=True)],
+            "energy": [[index, *rgb] for index, rgb in zip(lit.tolist(), numbers(energy[lit]), strict=True)],
         },
         "lights": [
             {
                 "name": light.name,
-                "direction": _numbers(light.direction),
-                "irradiance": _numbers(light.irradiance),
+                "direction": numbers(light.direction),
+                "irradiance": numbers(light.irradiance),
                 "angular_diameter_deg": round(math.degrees(light.angular_diameter), 4),
             }
             for light in lights
@@ -193,10 +193,14 @@ def schema() -> dict[str, Any]:
     return found
 
 
-def _numbers(tensor: Tensor) -> Any:
-    """Nested lists of the shortest decimals that read back as the same number."""
+def numbers(tensor: Tensor) -> Any:
+    """Nested lists of the shortest decimals that read back as the same number, for JSON.
+
+    >>> numbers(torch.tensor([0.1, 1 / 3]))
+    [0.1, 0.33333334]
+    """
     if tensor.ndim:
-        return [_numbers(row) for row in tensor.detach().cpu()]
+        return [numbers(row) for row in tensor.detach().cpu()]
     if tensor.dtype == torch.float64:
         return tensor.item()
     return float(str(np.float32(tensor.item())))

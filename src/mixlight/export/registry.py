@@ -1,0 +1,123 @@
+"""The targets by name. Nothing is imported before a target is used, so that the command line stays quick.
+
+A target of light is one module of this folder with
+
+    write(rig: Rig, folder: Path) -> list[Path]     # files into an existing folder, README.txt among them
+    read(folder: Path) -> Rig                       # only where the format can be read back
+
+A target of the model (`onnx`) takes the name or the path of a model in place of the rig.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
+
+from mixlight.image.atomic import atomic_folder
+
+if TYPE_CHECKING:
+    from mixlight.export.rig import Rig
+
+__all__ = ["TARGETS", "Target", "select", "write_target"]
+
+
+@dataclass(frozen=True)
+class Target:
+    """One consumer."""
+
+    name: str
+    """What stands after `--for`, and the name of the output folder."""
+    summary: str
+    """What is written, in a few words."""
+    verified: bool
+    """Whether the consumer itself has read what we write in our tests; otherwise the files say that it has
+    not."""
+    module: str
+    """Where `write` and, for formats that can be read back, `read` are."""
+    readable: bool = False
+    """Whether there is a `read`."""
+    of: Literal["light", "model"] = "light"
+    """What is exported."""
+
+    @property
+    def write(self) -> Callable[[Any, Path], list[Path]]:
+        """The target's `write`; imports its module."""
+        function: Callable[[Any, Path], list[Path]] = import_module(self.module).write
+        return function
+
+    @property
+    def read(self) -> "Callable[[Path], Rig] | None":
+        """The target's `read`, or None; imports its module."""
+        if not self.readable:
+            return None
+        function: Callable[[Path], Rig] = import_module(self.module).read
+        return function
+
+
+TARGETS: Mapping[str, Target] = MappingProxyType(
+    {
+        target.name: target
+        for target in (
+            Target("blender", "script and extension: world nodes and Suns", True, "mixlight.export.blender"),
+            Target(
+                "three", "three.js: Object JSON, map, snippet", True, "mixlight.export.three", readable=True
+            ),
+            Target("gltf", "glTF 2.0 with KHR_lights_punctual", True, "mixlight.export.gltf", readable=True),
+            Target("usd", "USD: DomeLight and DistantLights", True, "mixlight.export.usd", readable=True),
+            Target("unity", "Unity: map, lights, SphericalHarmonicsL2", False, "mixlight.export.unity"),
+            Target("unreal", "Unreal: map, lights, harmonics", False, "mixlight.export.unreal"),
+            Target("arcore", "ARCore-like JSON: main light and harmonics", False, "mixlight.export.arcore"),
+            Target("arkit", "ARKit-like JSON: planar harmonics", False, "mixlight.export.arkit"),
+            Target("filament", "Filament: harmonics of cmgen, map, sun", False, "mixlight.export.filament"),
+            Target("mitsuba", "Mitsuba 3: scene XML and map", True, "mixlight.export.mitsuba"),
+            Target("webxr", "WebXR: XRLightEstimate as JSON", False, "mixlight.export.webxr"),
+            Target("cubemap", "six faces, EXR and HDR", True, "mixlight.export.cubemap", readable=True),
+            Target("onnx", "the network itself as one ONNX file", True, "mixlight.export.onnx", of="model"),
+        )
+    }
+)
+"""Every target, by name."""
+
+
+def select(names: Iterable[str]) -> list[Target]:
+    """The targets of some names, each once, in the order given; "all" stands for every target of light.
+
+    Raises:
+        ValueError: an unknown name; the message lists the known ones.
+
+    >>> [target.name for target in select(["usd,three", "usd"])]
+    ['usd', 'three']
+    """
+    found: dict[str, Target] = {}
+    for name in (part.strip() for entry in names for part in entry.split(",")):
+        if name == "all":
+            found |= {known: target for known, target in TARGETS.items() if target.of == "light"}
+        elif name in TARGETS:
+            found.setdefault(name, TARGETS[name])
+        else:
+            raise ValueError(f"expected targets out of {', '.join(TARGETS)} or all, received {name!r}")
+    return list(found.values())
+
+
+def write_target(target: Target, source: "Rig | str | Path", out: Path) -> list[Path]:
+    """Write one target into `out/<name>/`, all of its files or none.
+
+    Files of ours from an earlier run are replaced; others that lie in the folder stay.
+
+    Args:
+        target: which.
+        source: the rig, or for a target of the model the model's name or path.
+        out: an existing folder.
+
+    Returns:
+        The files, in the target's own order.
+
+    Raises:
+        ValueError: what the target cannot write.
+        OSError: the folder cannot be written to.
+    """
+    folder = out / target.name
+    with atomic_folder(folder) as fresh:
+        return [folder / path.relative_to(fresh) for path in target.write(source, fresh)]
