@@ -9,14 +9,14 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from mixlight.image.atomic import atomic_path
+from mixlight.light import entries
 from mixlight.light.document_check import FORMAT, VERSION, check
 from mixlight.light.lighting import Lighting
 from mixlight.light.lights import merge
@@ -167,14 +167,10 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         ValueError: the file holds no such document; the message names the file and the entry.
         OSError: the file cannot be read.
     """
+    document = entries.load(path)
     try:
-        document = json.loads(Path(path).read_bytes(), parse_constant=_refuse)
         check(document)
-    except RecursionError:
-        raise ValueError(
-            f"{os.fspath(path)}: expected a lighting document, received endless nesting"
-        ) from None
-    except ValueError as error:  # also of json and of the decoder
+    except ValueError as error:
         raise ValueError(f"{os.fspath(path)}: {error}") from error
     checked: dict[str, Any] = document
     return checked
@@ -228,7 +224,3 @@ def _text(value: Any, indent: str) -> str:
         return json.dumps(value, allow_nan=False)
     except TypeError as error:
         raise ValueError(f"expected what JSON can hold, received {error}") from error
-
-
-def _refuse(constant: str) -> NoReturn:
-    raise ValueError(f"expected finite numbers, received {constant}")
