@@ -64,7 +64,7 @@ def generator() -> "object":
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """In CI a rise of the skip count fails the run; with `--interop` any skip does: then all must be there."""
+    """In CI a rise of the skip count fails the run; with `--interop` any skip does, as all must be there."""
     interop = bool(session.config.getoption("--interop"))
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if reporter is None or exitstatus != pytest.ExitCode.OK or not (interop or "CI" in os.environ):

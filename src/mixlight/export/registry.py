@@ -15,8 +15,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-from mixlight.image.atomic import atomic_folder
-
 if TYPE_CHECKING:
     from mixlight.export.rig import Rig
 
@@ -118,6 +116,8 @@ def write_target(target: Target, source: "Rig | str | Path", out: Path) -> list[
         ValueError: what the target cannot write.
         OSError: the folder cannot be written to.
     """
+    from mixlight.image.atomic import atomic_folder  # not quick to import, and `--help` lists the targets
+
     folder = out / target.name
     with atomic_folder(folder) as fresh:
         return [folder / path.relative_to(fresh) for path in target.write(source, fresh)]
