@@ -1,0 +1,74 @@
+"""What readers of targets share: harmonics, lights and the words about a rig, checked entry by entry."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from mixlight.light import entries
+from mixlight.light.lights import Light
+
+__all__ = ["check_words", "coefficients", "make_light"]
+
+
+def check_words(value: object, where: str, kind: str, header: Mapping[str, str]) -> Mapping[str, Any]:
+    """The words that a target's JSON says of its rig (`Rig.document`), `map` and `exposure_gain` among them.
+
+    Args:
+        value: the entry.
+        where: its name in complaints.
+        kind: what its `format` must be.
+        header: the header of the map beside it, which must say the same of itself.
+
+    Raises:
+        ValueError: another format or version, or a map that was written for another rig.
+
+    >>> words = {"format": "mixlight/three", "version": 1, "map": "full", "exposure_gain": 1}
+    >>> check_words(words, "about", "mixlight/three", {"map": "residual"})
+    Traceback (most recent call last):
+    ValueError: about.map: expected 'residual', received 'full'
+    """
+    words = entries.mapping(value, where)
+    entries.equal(words.get("format"), f"{where}.format", kind)
+    entries.equal(words.get("version"), f"{where}.version", 1)
+    entries.equal(words.get("map"), f"{where}.map", header.get("map", "none"))
+    entries.number(words.get("exposure_gain"), f"{where}.exposure_gain", above=0)
+    return words
+
+
+def coefficients(value: object, where: str) -> Float[Tensor, "9 3"]:
+    """Nine rows of red, green and blue.
+
+    >>> coefficients([[1, 2, 3]] * 9, "sh").shape
+    torch.Size([9, 3])
+    """
+    rows = entries.entries(value, where, 9)
+    return torch.tensor([entries.rgb(row, f"{where}[{place}]") for place, row in enumerate(rows)])
+
+
+def make_light(
+    name: object, towards: Sequence[float], irradiance: Sequence[float], diameter_deg: object, where: str
+) -> Light:
+    """A light from what a file says of it; `towards` may have any length but 0.
+
+    Convention: our frame; `towards` points to the light.
+
+    Raises:
+        ValueError: a direction of length 0, or a name or diameter that is none.
+
+    >>> make_light("lamp", [0, 2, 0], [1, 1, 1], 8.1, "lights[0]").direction
+    tensor([0., 1., 0.])
+    """
+    length = math.hypot(*towards)
+    if not 0 < length < math.inf:
+        entries.fail(where, "a light in some direction", list(towards))
+    diameter = entries.number(diameter_deg, f"{where}.angular_diameter_deg", above=0, maximum=360)
+    return Light(
+        name=entries.text(name, f"{where}.name"),
+        direction=torch.tensor([part / length for part in towards]),
+        irradiance=torch.tensor([float(part) for part in irradiance]),
+        angular_diameter=math.radians(diameter),
+    )
