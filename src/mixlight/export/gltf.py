@@ -65,7 +65,7 @@ def to_gltf(rig: Rig) -> dict[str, Any]:
     >>> to_gltf(rig)["extensions"]["KHR_lights_punctual"]["lights"][0]["color"]
     [1.0, 0.5, 0.25]
     >>> [round(part, 3) for part in to_gltf(rig)["nodes"][0]["rotation"]]
-    [-0.748, 0.0, 0.0, 0.663]
+    [-0.75, 0.0, 0.0, 0.662]
     """
     about = rig.document("mixlight")
     listed = about.pop("lights")
@@ -108,7 +108,7 @@ def _punctual(light: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def light_rotation(towards: Sequence[float]) -> list[float]:
-    """The unit quaternion (x, y, z, w) that turns a node's +Z towards a light, and so its -Z along its rays.
+    """The unit quaternion (x, y, z, w) that turns a node's +Z towards a light, and its -Z along the rays.
 
     The shortest turn: about the axis z x d by the angle between them.
 

@@ -46,7 +46,8 @@ def coefficients(value: object, where: str) -> Float[Tensor, "9 3"]:
     torch.Size([9, 3])
     """
     rows = entries.entries(value, where, 9)
-    return torch.tensor([entries.rgb(row, f"{where}[{place}]") for place, row in enumerate(rows)])
+    checked = [entries.rgb(row, f"{where}[{place}]") for place, row in enumerate(rows)]
+    return torch.tensor(checked, dtype=torch.float32)  # JSON's numbers may all be whole
 
 
 def make_light(
@@ -68,7 +69,7 @@ def make_light(
     diameter = entries.number(diameter_deg, f"{where}.angular_diameter_deg", above=0, maximum=360)
     return Light(
         name=entries.text(name, f"{where}.name"),
-        direction=torch.tensor([part / length for part in towards]),
-        irradiance=torch.tensor([float(part) for part in irradiance]),
+        direction=torch.tensor([part / length for part in towards], dtype=torch.float32),
+        irradiance=torch.tensor(list(irradiance), dtype=torch.float32),
         angular_diameter=math.radians(diameter),
     )

@@ -1,7 +1,7 @@
 """three.js: a map for its loaders, lights as Object JSON, and the code that uses both.
 
-`lights.json` is what three's `ObjectLoader` reads: a group of one `LightProbe` and of a `DirectionalLight` for
-each named light. The probe holds the same light as the map and stands in for it where no map is wanted;
+`lights.json` is what three's `ObjectLoader` reads: a group of a `LightProbe` and of a `DirectionalLight` for each
+named light. The probe holds the same light as the map and stands in for it where no map is wanted;
 `light.js` switches it off beside the map.
 """
 
@@ -121,16 +121,16 @@ def to_object(rig: Rig) -> dict[str, Any]:
 def colour_and_intensity(irradiance: list[float]) -> tuple[int, float]:
     """The 8-bit sRGB colour 0xRRGGBB and the intensity whose product comes nearest to a light's irradiance.
 
-    A colour of 8 bits alone would be off by up to a percent of the brightest channel. But brightness is the
-    intensity's business, so each of the 128 brightest codes may stand for the brightest channel, and the one
-    at which the other two are met best is taken.
+    Brightness is the intensity's business, so each of the 128 brightest codes may stand for the brightest
+    channel, and the one at which the other two are met best is taken: the error of an 8-bit colour, up to 1 %
+    of the brightest channel, becomes .03 % on average.
 
-    Convention: linear Rec.709 irradiance; the brightest channel is met exactly, the others within .15 % of it
-        (.03 % on average).
+    Convention: linear Rec.709 irradiance. The brightest channel is met exactly, the others within .45 % of it
+        (near gray, where all three share a code; black gets the intensity 0).
 
     >>> colour, intensity = colour_and_intensity([3.0, 2.0, 1.0])
     >>> hex(colour), round(intensity, 4)
-    ('0xe0ba87', 4.0321)
+    ('0xfad199', 3.1382)
     """
     wanted = np.asarray(irradiance, dtype=np.float64)
     brightest = float(wanted.max())
