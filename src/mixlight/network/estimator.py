@@ -138,15 +138,26 @@ class Estimator:
         ]
 
 
-def to_lighting(prediction: Prediction, sharpness: float) -> list[Lighting]:
-    """One `Lighting` a photo; anchors with less than 1e-4 of the sources' light count as 0.
+def kept_energy(prediction: Prediction) -> Float[Tensor, "batch anchors 3"]:
+    """Energy of the lobes without the weak ones: anchors with less than 1e-4 of the sources' light are 0.
 
-    `sharpness` is the angular size s of the lobes.
+    >>> share = torch.tensor([[0.6, 0.4, 1e-5]])
+    >>> one, gray = torch.ones(1), torch.full((1, 3), 3**-0.5)
+    >>> light = Prediction(share, share, one, gray, torch.zeros(1, 9, 3), torch.zeros(1, 2))
+    >>> kept_energy(light)[0, :, 0]
+    tensor([0.3464, 0.2309, 0.0000])
     """
     share = prediction.distribution
     kept = share > _KEPT_SHARE * share.sum(-1, keepdim=True)
-    energy = torch.where(kept[..., None], prediction.anchor_energy, 0.0)
+    return torch.where(kept[..., None], prediction.anchor_energy, 0.0)
+
+
+def to_lighting(prediction: Prediction, sharpness: float) -> list[Lighting]:
+    """One `Lighting` a photo, with the energies of `kept_energy`.
+
+    `sharpness` is the angular size s of the lobes.
+    """
     return [
         Lighting(ambient=a.clone(), energy=e.clone(), sharpness=sharpness)
-        for a, e in zip(prediction.ambient, energy, strict=True)
+        for a, e in zip(prediction.ambient, kept_energy(prediction), strict=True)
     ]
