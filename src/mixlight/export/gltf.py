@@ -55,7 +55,7 @@ def to_gltf(rig: Rig) -> dict[str, Any]:
     Lights that are on have a node each. Lights that are off, because the map holds them, are listed without a
     node, so that no loader can switch them on by itself; `extras` hold their direction.
 
-    Convention: `intensity` (lux) times `color` is the irradiance, and the node's -Z the way the light travels.
+    Convention: `intensity` (lux) times `color` is the irradiance, and the node's -Z the way of its rays.
 
     >>> import torch
     >>> from mixlight.export.rig import make_rig

@@ -1,8 +1,8 @@
 """three.js: a map for its loaders, lights as Object JSON, and the code that uses both.
 
-`lights.json` is what three's `ObjectLoader` reads: a group of a `LightProbe` and of a `DirectionalLight` for each
-named light. The probe holds the same light as the map and stands in for it where no map is wanted;
-`light.js` switches it off beside the map.
+`lights.json` is what three's `ObjectLoader` reads: a group of a `LightProbe` and a `DirectionalLight` for
+each light. The probe holds the same light as the map and stands in for it where no map is wanted; `light.js`
+turns it off beside the map.
 """
 
 import json
