@@ -7,14 +7,15 @@ from mixlight.export.rig import Rig
 __all__ = ["write_readme"]
 
 
-def write_readme(folder: Path, rig: Rig, how_to_load: str, checked: str) -> Path:
-    """Write `README.txt`: how to load it, what the map holds, how far it was checked. Three lines, always.
+def write_readme(folder: Path, rig: Rig, how_to_load: str, checked: str, where: str | None = None) -> Path:
+    """Write `README.txt`: how to load it, where the light is, how far it was checked. Three lines, always.
 
     Args:
         folder: the target's folder.
         rig: what was written.
         how_to_load: one line.
         checked: one line: with which program and version this was run, or that it never was.
+        where: one line, for targets without a map; else `accounting` says it.
 
     Raises:
         ValueError: a line that is empty or holds a line break.
@@ -31,11 +32,12 @@ def write_readme(folder: Path, rig: Rig, how_to_load: str, checked: str) -> Path
     The map has the 2 lights taken out and they are on: use both together, neither holds the other's light.
     Never run.
     """
-    for line in (how_to_load, checked):
+    lines = (how_to_load, accounting(rig) if where is None else where, checked)
+    for line in lines:
         if not line.strip() or len(line.splitlines()) != 1:
             raise ValueError(f"expected a line of text, received {line!r}")
     path = folder / "README.txt"
-    path.write_text("\n".join((how_to_load, accounting(rig), checked, "")), encoding="utf-8")
+    path.write_text("\n".join((*lines, "")), encoding="utf-8")
     return path
 
 
