@@ -17,6 +17,14 @@ VARIABLE = "MIXLIGHT_BLENDER_PYTHON"
 
 _RELEASE = "5.0.1"
 _LAST_LINES = 12
+_BOOTSTRAP = """
+import os, runpy, sys
+runpy.run_path(sys.argv[1], run_name="__main__")
+sys.stdout.flush()
+sys.stderr.flush()
+os._exit(0)
+"""
+"""Ends a script that has done its work without taking `bpy` down, which in some releases crashes."""
 
 
 class BlenderError(RuntimeError):
@@ -138,7 +146,9 @@ def _options(program: Path) -> list[str]:
     if program.name.lower().startswith("blender"):
         # The exit status counts only for scripts that stand behind it.
         return ["--background", "--factory-startup", "--python-exit-code", "1", "--python"]
-    return ["-I"]  # neither PYTHONPATH nor the current folder may put our own NumPy in the way
+    # -I: neither PYTHONPATH nor the current folder may put our own NumPy in the way.
+    # -u: what the script printed stands before the traceback that ended it.
+    return ["-I", "-u", "-c", _BOOTSTRAP]
 
 
 def _status(code: int) -> str:

@@ -59,7 +59,8 @@ def anchor(index, count):
 
 def harmonics(directions, degree):
     """Real orthonormal harmonics [..., (degree + 1)^2], index l^2 + l + m, all signs plus; z is the polar
-    axis."""
+    axis.
+    """
     x, y, z = np.moveaxis(directions, -1, 0)
     values = np.empty((*directions.shape[:-1], (degree + 1) ** 2))
     even, odd = np.ones_like(x), np.zeros_like(x)  # (x + iy)^m
