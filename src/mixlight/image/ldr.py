@@ -16,7 +16,7 @@ from mixlight.image.errors import ImageFileError, one_line
 from mixlight.image.exif import field_of_view, turn_upright
 from mixlight.image.stored import Stored, load
 
-__all__ = ["MAX_PIXELS", "MIN_SIDE", "Photo", "PhotoError", "read_photo", "write_png"]
+__all__ = ["MAX_PIXELS", "MIN_SIDE", "WHITE", "Photo", "PhotoError", "read_photo", "write_png"]
 
 MAX_PIXELS = 120_000_000
 """Larger pictures are refused unless the caller raises the cap."""
@@ -25,7 +25,7 @@ MIN_SIDE = 16
 
 _DARKEST = 2.5 / 255.0 / 12.92
 """Nothing above code 2 of 255: what is left of a black picture is rounding."""
-_WHITE = float(((253.5 / 255.0 + 0.055) / 1.055) ** 2.4)
+WHITE = float(((253.5 / 255.0 + 0.055) / 1.055) ** 2.4)
 """From code 254 of 255 on a sample counts as clipped."""
 _FORMATS = "a photo (JPEG, PNG, WebP, TIFF, OpenEXR or Radiance)"
 
@@ -64,7 +64,7 @@ class Photo:
         """Where a channel reaches white, so that the light may have been brighter; nowhere if hdr."""
         if self.source == "hdr":
             return np.zeros(self.linear.shape[:2], dtype=bool)
-        return np.asarray((self.linear >= _WHITE).any(axis=-1))
+        return np.asarray((self.linear >= WHITE).any(axis=-1))
 
 
 def read_photo(path: str | os.PathLike[str], *, max_pixels: int = MAX_PIXELS) -> Photo:
