@@ -37,6 +37,7 @@ CONSUMERS = {
     "unity": (lambda x, y, z: 0.5 - math.atan2(z, x) / (2 * math.pi), 1),
     "mitsuba": (lambda x, y, z: math.atan2(x, -z) / (2 * math.pi) % 1, 1),
     "usd": (lambda x, y, z: 0.5 - math.atan2(x, z) / (2 * math.pi), 1),
+    "filament": (lambda x, y, z: 0.5 - math.atan2(x, z) / (2 * math.pi), 1),
     "unreal": (lambda x, y, z: 0.5 + math.atan2(x, -y) / (2 * math.pi), 2),
 }
 

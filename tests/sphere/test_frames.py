@@ -18,7 +18,7 @@ SIGNED_AXES = torch.cat((torch.eye(3), -torch.eye(3)))
 
 
 def test_the_frames_are_these() -> None:
-    assert list(FRAMES) == ["mixlight", "three", "blender", "unity", "mitsuba", "usd", "unreal"]
+    assert list(FRAMES) == ["mixlight", "three", "blender", "unity", "mitsuba", "usd", "filament", "unreal"]
     assert {name for name, frame in FRAMES.items() if not frame.right_handed} == {"unity", "unreal"}
     assert {name: frame.units_per_metre for name, frame in FRAMES.items() if frame.units_per_metre != 1} == {
         "unreal": 100.0

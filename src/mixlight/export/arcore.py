@@ -38,8 +38,8 @@ def write(rig: Rig, folder: Path) -> list[Path]:
         rig,
         f"Read {FILE} and use its entries where your shader takes those of ARCore's LightEstimate (mode "
         "ENVIRONMENTAL_HDR); turn both about +Y by the azimuth of the photo in your session, -Z ahead.",
-        "Derived from ARCore's reference and never run in ARCore; directions are +X right, +Y up, -Z where the "
-        "photo looks.",
+        "Derived from ARCore's reference and never run in ARCore; directions are +X right, +Y up, -Z where "
+        "the photo looks.",
         where=describe(probe),
     )
     return [path, readme]

@@ -14,8 +14,8 @@ __all__ = ["FILE", "read", "write"]
 FILE = "arkit.json"
 
 UNVERIFIED = (
-    "Apple documents 9 numbers each for red, green and blue, and neither their order nor their signs nor their "
-    "scale, nor whether the direction points to the light: all of these are guesses here"
+    "Apple documents 9 numbers each for red, green and blue, and neither their order nor their signs nor "
+    "their scale, nor whether the direction points to the light: all of these are guesses here"
 )
 """Stands in the file itself."""
 

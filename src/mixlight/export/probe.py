@@ -1,4 +1,4 @@
-"""One main light and harmonics of all other light: what phones hand to their apps, and take from nobody else."""
+"""One main light and harmonics of all other light: what a phone tells its apps."""
 
 import math
 from collections.abc import Sequence
@@ -73,8 +73,8 @@ def describe(probe: Probe) -> str:
         return "The harmonics hold all light; there is no main light."
     if probe.on:
         return (
-            "The main light is not in the harmonics, all other light is: use both together, neither holds the "
-            "other's light."
+            "The main light is not in the harmonics, all other light is: "
+            "use both together, neither holds the other's light."
         )
     return (
         "The harmonics hold all light, so the main light's intensity is written as 0; "

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import torch
@@ -10,8 +11,9 @@ from torch import Tensor
 
 from mixlight.light import entries
 from mixlight.light.lights import Light
+from mixlight.sphere.frames import convert_directions
 
-__all__ = ["check_words", "coefficients", "make_light"]
+__all__ = ["check_words", "coefficients", "make_light", "make_lights"]
 
 
 def check_words(value: object, where: str, kind: str, header: Mapping[str, str]) -> Mapping[str, Any]:
@@ -73,3 +75,28 @@ def make_light(
         irradiance=torch.tensor(list(irradiance), dtype=torch.float32),
         angular_diameter=math.radians(diameter),
     )
+
+
+def make_lights(value: object, frame: str) -> tuple[Light, ...]:
+    """The lights of `Rig.document`, turned from ``frame`` back into ours.
+
+    Raises:
+        ValueError: an entry that is no light; the message names it.
+
+    >>> entry = {"name": "lamp", "direction": [0, 0, 1], "irradiance": [1, 1, 1], "angular_diameter_deg": 8}
+    >>> make_lights([entry], "blender")[0].direction
+    tensor([0., 1., 0.])
+    """
+    lights = []
+    for place, entry in enumerate(entries.entries(value, "lights")):
+        where = f"lights[{place}]"
+        about = entries.mapping(entry, where)
+        light = make_light(
+            about.get("name"),
+            entries.rgb(about.get("direction"), f"{where}.direction"),
+            entries.rgb(about.get("irradiance"), f"{where}.irradiance", minimum=0),
+            about.get("angular_diameter_deg"),
+            where,
+        )
+        lights.append(replace(light, direction=convert_directions(light.direction, frame, "mixlight")))
+    return tuple(lights)

@@ -1,9 +1,9 @@
 """The targets by name. Nothing is imported before a target is used, so that the command line stays quick.
 
-A target of light is one module of this folder with
+A target of light is the module of its name in this folder, with
 
     write(rig: Rig, folder: Path) -> list[Path]     # files into an existing folder, README.txt among them
-    read(folder: Path) -> Rig                       # only where the format can be read back
+    read(folder: Path) -> Rig                       # only where the format can be read back; Probe for phones
 
 A target of the model (`onnx`) takes the name or the path of a model in place of the rig.
 """
@@ -32,47 +32,42 @@ class Target:
     verified: bool
     """Whether the consumer itself has read what we write in our tests; otherwise the files say that it has
     not."""
-    module: str
-    """Where `write` and, for formats that can be read back, `read` are."""
-    readable: bool = False
-    """Whether there is a `read`."""
     of: Literal["light", "model"] = "light"
     """What is exported."""
 
     @property
     def write(self) -> Callable[[Any, Path], list[Path]]:
         """The target's `write`; imports its module."""
-        function: Callable[[Any, Path], list[Path]] = import_module(self.module).write
+        function: Callable[[Any, Path], list[Path]] = self._module().write
         return function
 
     @property
-    def read(self) -> "Callable[[Path], Rig] | None":
-        """The target's `read`, or None; imports its module."""
-        if not self.readable:
-            return None
-        function: Callable[[Path], Rig] = import_module(self.module).read
+    def read(self) -> Callable[[Path], Any] | None:
+        """The target's `read`, or None where the format cannot be read back; imports its module."""
+        function: Callable[[Path], Any] | None = getattr(self._module(), "read", None)
         return function
+
+    def _module(self) -> Any:
+        return import_module(f"mixlight.export.{self.name}")
 
 
 TARGETS: Mapping[str, Target] = MappingProxyType(
     {
         target.name: target
         for target in (
-            Target("blender", "script and extension: world nodes and Suns", True, "mixlight.export.blender"),
-            Target(
-                "three", "three.js: Object JSON, map, snippet", True, "mixlight.export.three", readable=True
-            ),
-            Target("gltf", "glTF 2.0 with KHR_lights_punctual", True, "mixlight.export.gltf", readable=True),
-            Target("usd", "USD: DomeLight and DistantLights", True, "mixlight.export.usd", readable=True),
-            Target("unity", "Unity: map, lights, SphericalHarmonicsL2", False, "mixlight.export.unity"),
-            Target("unreal", "Unreal: map, lights, harmonics", False, "mixlight.export.unreal"),
-            Target("arcore", "ARCore-like JSON: main light and harmonics", False, "mixlight.export.arcore"),
-            Target("arkit", "ARKit-like JSON: planar harmonics", False, "mixlight.export.arkit"),
-            Target("filament", "Filament: harmonics of cmgen, map, sun", False, "mixlight.export.filament"),
-            Target("mitsuba", "Mitsuba 3: scene XML and map", True, "mixlight.export.mitsuba"),
-            Target("webxr", "WebXR: XRLightEstimate as JSON", False, "mixlight.export.webxr"),
-            Target("cubemap", "six faces, EXR and HDR", True, "mixlight.export.cubemap", readable=True),
-            Target("onnx", "the network itself as one ONNX file", True, "mixlight.export.onnx", of="model"),
+            Target("blender", "script and extension that build world nodes and Suns", verified=True),
+            Target("three", "three.js: map, Object JSON of probe and lights, snippet", verified=True),
+            Target("gltf", "glTF 2.0 with KHR_lights_punctual, and the map", verified=True),
+            Target("usd", "stage with DomeLight and DistantLights", verified=True),
+            Target("unity", "map, lights, SphericalHarmonicsL2, menu entry", verified=False),
+            Target("unreal", "map, lights, harmonics, editor script", verified=False),
+            Target("arcore", "LightEstimate as JSON: main light and harmonics", verified=False),
+            Target("arkit", "ARDirectionalLightEstimate as JSON: main light and harmonics", verified=False),
+            Target("filament", "harmonics, lights, and a map for cmgen", verified=False),
+            Target("mitsuba", "scene with envmap and directional emitters", verified=True),
+            Target("webxr", "XRLightEstimate as JSON: main light and harmonics", verified=True),
+            Target("cubemap", "six faces, OpenEXR and Radiance", verified=True),
+            Target("onnx", "the network itself, in one file", verified=True, of="model"),
         )
     }
 )
@@ -100,7 +95,7 @@ def select(names: Iterable[str]) -> list[Target]:
 
 
 def write_target(target: Target, source: "Rig | str | Path", out: Path) -> list[Path]:
-    """Write one target into `out/<name>/`, all of its files or none.
+    """Write one target into the folder of its name in `out`, all of its files or none.
 
     Files of ours from an earlier run are replaced; others that lie in the folder stay.
 

@@ -41,10 +41,10 @@ def write(rig: Rig, folder: Path) -> list[Path]:
     readme = write_readme(
         folder,
         rig,
-        f"In your code: `import {{ lightEstimate }} from './{SCRIPT}'; const estimate = await lightEstimate();` "
-        "gives what `frame.getLightEstimate(probe)` gives.",
-        "Run with three.js r187 in Chromium, whose LightProbe takes these numbers as they are; never compared "
-        "with a device's own estimate.",
+        f"In your code: `import {{ lightEstimate }} from './{SCRIPT}'; "
+        "const estimate = await lightEstimate();` gives what `frame.getLightEstimate(probe)` gives.",
+        "Run with three.js r187 in Chromium, whose LightProbe takes these numbers as they are; never "
+        "compared with a device's own estimate.",
         where=describe(probe),
     )
     return [path, script, readme]

@@ -52,6 +52,7 @@ FRAMES: Mapping[str, Frame] = MappingProxyType(
             Frame("unity", ((1, 0, 0), (0, 1, 0), (0, 0, -1)), 3),
             Frame("mitsuba", _SAME, 2),
             Frame("usd", _SAME, 2),
+            Frame("filament", _SAME, 2),
             Frame("unreal", ((0, 0, -1), (1, 0, 0), (0, 1, 0)), 1, units_per_metre=100.0),
         )
     }
@@ -68,6 +69,7 @@ its own axes:
 | unity | +Y left | 1/2 - atan2(z, x) / 2 pi | +X |
 | mitsuba | +Y right | atan2(x, -z) / 2 pi mod 1 | +Z |
 | usd | +Y right | 1/2 - atan2(x, z) / 2 pi | +Z |
+| filament | +Y right | 1/2 - atan2(x, z) / 2 pi | +Z |
 | unreal | +Z left, cm | 1/2 + atan2(x, -y) / 2 pi | -Y |
 """
 
