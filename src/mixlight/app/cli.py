@@ -11,13 +11,21 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from mixlight import __version__
-from mixlight.app import estimate_command, export_command, fit_command, render_command, train_command
+from mixlight.app import (
+    estimate_command,
+    export_command,
+    fit_command,
+    insert_command,
+    render_command,
+    train_command,
+)
 from mixlight.app.report import UsageError, complain
 
 VERBS = {
     "estimate": estimate_command,
     "fit": fit_command,
     "render": render_command,
+    "insert": insert_command,
     "export": export_command,
     "train": train_command,
 }

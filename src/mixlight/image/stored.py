@@ -37,6 +37,8 @@ class Stored:
     """uint8, uint16 or float32; [h, w] or [h, w, 1] grey, [h, w, 3] RGB; 2 or 4 channels with alpha."""
     exif: Exif = field(default_factory=Exif)
     profile: icc.Profile | None = None
+    profile_data: bytes = b""
+    """The bytes that `profile` was read from."""
     gamma: float | None = None
     """The exponent of a PNG whose curve is not sRGB's."""
     premultiplied: bool = False
@@ -193,7 +195,7 @@ def _with_profile(stored: Stored, profile: bytes) -> Stored:
     if len(parsed.curves) == 3 and (stored.samples.ndim == 2 or stored.samples.shape[2] < 3):
         return replace(stored, notes=(*stored.notes, "ICC profile for RGB not applied to grey, sRGB assumed"))
     note = f"ICC profile {one_line(parsed.name, 60)} decoded"
-    return replace(stored, profile=parsed, notes=(*stored.notes, note))
+    return replace(stored, profile=parsed, profile_data=profile, notes=(*stored.notes, note))
 
 
 def _with_exif(stored: Stored, data: bytes) -> Stored:

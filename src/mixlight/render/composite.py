@@ -1,0 +1,145 @@
+"""Differential rendering: the object and its shadow laid into a photo, in linear light.
+
+    composite = object + (1 - coverage) (photo + shadow)
+    shadow = min(photo, E / pi) (with - without) / without
+
+`object` is premultiplied by its coverage; E is the irradiance of the free ground. The quotient is how much
+the object changes the light on the ground; a matte surface changes in proportion. What is brighter than a
+white matte surface can be, E / pi, is a highlight or a lamp and changes no more than that surface would.
+
+Source: P. Debevec, Rendering synthetic objects into real scenes, 1998.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from mixlight.render.denoise import denoise
+from mixlight.render.insertion import InsertionScene, Region, Renders
+
+__all__ = ["Layers", "composite", "make_layers"]
+
+UNTOUCHED = 3e-3
+"""A relative change of the light on the ground below this is none."""
+
+FADE = (0.75, 0.95)
+"""Between these shares of the ground patch's half side the shadow fades out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """What is laid over a region of the photo."""
+
+    region: Region
+    beauty: Float[np.ndarray, "rows columns 3"]
+    """The object's radiance, premultiplied by its coverage."""
+    coverage: Float[np.ndarray, "rows columns"]
+    """Share of each pixel that the object covers: the mask."""
+    shadow: Float[np.ndarray, "rows columns 3"]
+    """What is added to the photo's radiance on the ground; negative in the shadow."""
+
+    @property
+    def touched(self) -> Bool[np.ndarray, "rows columns"]:
+        """The pixels that change."""
+        return np.asarray((self.coverage > 0) | (self.shadow != 0).any(-1))
+
+
+def make_layers(
+    scene: InsertionScene, renders: Renders, region: Region, photo: Float[np.ndarray, "height width 3"]
+) -> Layers:
+    """The layers of a region from its renders at the photo's resolution.
+
+    Args:
+        scene: what was rendered.
+        renders: with the object, without, and its coverage.
+        region: the pixels they are of.
+        photo: the whole photo, linear.
+    """
+    coverage = renders.coverage
+    here = photo[region.slices].astype(np.float64)
+    change = relative_change(scene, renders, region)
+    free = coverage == 0
+    change = _fill(change, free)
+    ground = renders.ground.mean(0)
+    # Of a pixel at the object's rim the ground's part is taken off. How bright the ground is there is known
+    # only nearly, but what is taken off here is put back by the photo, which is as bright.
+    share = (1 - coverage)[..., None]
+    beauty = np.maximum(renders.scene.mean(0) - share * ground * (1 + change), 0)
+    beauty[free] = 0
+    bound = scene.irradiance / math.pi
+    shadow = np.minimum(here, bound) * change
+    shadow[coverage >= 1] = 0
+    return Layers(region, beauty, coverage, shadow)
+
+
+def relative_change(
+    scene: InsertionScene, renders: Renders, region: Region
+) -> Float[np.ndarray, "rows columns 3"]:
+    """How much the object changes the light on the ground: (with - without) / without, at least -1.
+
+    0 where there is no ground, and where the object covers a part of the pixel.
+    """
+    ground = renders.ground.mean(0)
+    lit = (ground > 1e-6).all(-1) & (renders.coverage == 0)
+    raw = np.where(lit[..., None], (renders.scene - renders.ground) / np.maximum(ground, 1e-6), 0.0)
+    rows, columns = ground.shape[:2]
+    y, x = region.top + np.arange(rows) + 0.5, region.left + np.arange(columns) + 0.5
+    rays = scene.camera.directions(np.stack(np.meshgrid(x, y), -1))
+    down = np.minimum(rays[..., 1], -1e-6)
+    place = rays / -down[..., None] * -scene.ground.centre[1] - scene.ground.centre
+    reach = np.abs(place[..., [0, 2]]).max(-1) / scene.ground.half_side
+    fade = np.clip((FADE[1] - reach) / (FADE[1] - FADE[0]), 0, 1)
+    change = np.maximum(denoise(raw, lit) * fade[..., None], -1.0)
+    # The last thousandths are let go smoothly, so that the region has no edge.
+    size = np.abs(change).max(-1, keepdims=True)
+    change = change * np.clip((size - UNTOUCHED) / UNTOUCHED, 0, 1)
+    return np.asarray(np.where(lit[..., None], change, 0.0))
+
+
+def _fill(
+    values: Float[np.ndarray, "rows columns 3"], known: Bool[np.ndarray, "rows columns"]
+) -> Float[np.ndarray, "rows columns 3"]:
+    """Values carried from known pixels into their neighbours that the object covers, a few pixels deep."""
+    filled = np.where(known[..., None], values, 0.0)
+    weight = known.astype(float)
+    for _ in range(6):
+        total, count = np.zeros_like(filled), np.zeros_like(weight)
+        for dy in (-1, 0, 1):
+            for dx in (-1, 0, 1):
+                total += _shifted(filled * weight[..., None], dy, dx)
+                count += _shifted(weight, dy, dx)
+        new = (weight == 0) & (count > 0)
+        filled[new] = total[new] / count[new][:, None]
+        weight[new] = 1.0
+    return filled
+
+
+def _shifted(
+    values: Float[np.ndarray, "rows columns *c"], dy: int, dx: int
+) -> Float[np.ndarray, "rows columns *c"]:
+    """The picture moved by a pixel at most, black coming in."""
+    pad = [(1, 1), (1, 1)] + [(0, 0)] * (values.ndim - 2)
+    rows, columns = values.shape[:2]
+    return np.pad(values, pad)[1 - dy : 1 - dy + rows, 1 - dx : 1 - dx + columns]
+
+
+def composite(
+    photo: Float[np.ndarray, "height width 3"], layers: Layers
+) -> Float[np.ndarray, "rows columns 3"]:
+    """The region of the photo with the object in it, linear; untouched pixels are the photo's.
+
+    Args:
+        photo: the whole photo, linear.
+        layers: of one region.
+
+    >>> pixel = np.ones((1, 1, 3))
+    >>> layers = Layers(Region(0, 0, 1, 1), 0.1 * pixel, np.full((1, 1), 0.5), -0.2 * pixel)
+    >>> composite(0.6 * pixel, layers)[0, 0].round(3)
+    array([0.3, 0.3, 0.3])
+    """
+    here = photo[layers.region.slices].astype(np.float64)
+    share = (1 - layers.coverage)[..., None]
+    over = layers.beauty + share * np.maximum(here + layers.shadow, 0)
+    return np.asarray(np.where(layers.touched[..., None], over, here))
