@@ -26,7 +26,11 @@ def _pins() -> dict[str, str]:
 def test_everything_that_make_installs_is_pinned() -> None:
     extras = PROJECT["optional-dependencies"]
     wanted = {
-        _name(requirement) for requirement in [*PROJECT["dependencies"], *extras["test"], *extras["dev"]]
+        _name(requirement)
+        for requirement in [
+            *PROJECT["dependencies"],
+            *(wanted for name in ("test", "dev", "insert", "onnx", "interop") for wanted in extras[name]),
+        ]
     }
     assert wanted - {"mixlight"} <= set(_pins())
     assert _pins()["torch"] == "2.13.0", "exactly, so that pip takes the CPU build where one is offered"
@@ -61,4 +65,15 @@ def test_package_data_is_where_the_package_looks_for_it() -> None:
 def test_ci_runs_what_a_developer_runs() -> None:
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
-    assert "make test" in script.read_text()
+    assert "make test\n" in script.read_text()
+    assert "make test-interop\n" in script.read_text()
+
+
+def test_what_runs_in_other_programs_ships() -> None:
+    export = resources.files("mixlight").joinpath("export")
+    for name in (
+        "unity_files/MixLightImport.cs",
+        "unreal_files/open_in_unreal.py",
+        "webxr_files/light_estimate.js",
+    ):
+        assert export.joinpath(name).is_file()
