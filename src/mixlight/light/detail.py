@@ -19,6 +19,7 @@ counted twice.
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import torch
 from jaxtyping import Float
@@ -99,9 +100,9 @@ class Detail:
                 f"photo: expected finite values of at least 0, received values from {low:g} to {high:g}"
             )
         at_white = (photo >= WHITE).any(-1, keepdim=True).to(photo)
-        pose = {"pitch": pitch, "roll": roll, "feather": feather}
-        radiance, weight = lay_on_sphere(photo.clamp(max=1), fov_x, height, **pose)
-        clipped, _ = lay_on_sphere(at_white, fov_x, height, **pose)
+        lay = partial(lay_on_sphere, fov_x=fov_x, height=height, pitch=pitch, roll=roll, feather=feather)
+        radiance, weight = lay(photo.clamp(max=1))
+        clipped, _ = lay(at_white)
         return cls(radiance, weight, torch.minimum(clipped[..., 0], weight))
 
     @property

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import torch
 from jaxtyping import Float, Int
@@ -9,6 +10,7 @@ from torch import Tensor
 
 from mixlight.light import gaussians, harmonics
 from mixlight.light.separate import luminance
+from mixlight.sphere import frames
 from mixlight.sphere.points import nearest, vogel
 
 FRAME = "mixlight"
@@ -16,6 +18,30 @@ FRAME = "mixlight"
 
 NEGLIGIBLE = 1e-4
 """A lobe below this share of the sources' luminance counts as switched off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Lobes that are one light under a lasting name, whatever its place in the order of brightness.
+
+    >>> Group("window", (3, 5)).off is None
+    True
+    """
+
+    name: str
+    """What the light is called."""
+    anchors: tuple[int, ...]
+    """Its lobes, ascending."""
+    off: Float[Tensor, "lobes 3"] | None = None
+    """Energy of each lobe when the light is switched on again; None while it is on."""
+
+
+if TYPE_CHECKING:
+    Groups = tuple[Group, ...]
+else:
+    # Checked below, one by one: the type checker of the tests would look at one drawn by chance, which
+    # hypothesis refuses wherever a strategy makes a lighting.
+    Groups = tuple
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +77,12 @@ class Lighting:
     frame: str = "mixlight"
     """Name of the frame (`mixlight.sphere.frames`); always ours in memory, other frames are made on
     export."""
+    turn: float = 0.0
+    """Angle in radians by which the anchors stand turned to the right about +Y (`turned`); the ambient light
+    is held as it is seen."""
+    groups: Groups = ()
+    """Lights with lasting names (`mixlight.light.edit`), for a single lighting; those not in here are named
+    by their brightness (`mixlight.light.lights.merge`)."""
 
     def __post_init__(self) -> None:
         harmonics.degree_of(self.ambient)
@@ -74,6 +106,9 @@ class Lighting:
             raise ValueError(
                 "energy: expected finite values of at least 0, received NaN, infinity or negative ones"
             )
+        if not math.isfinite(self.turn):
+            raise ValueError(f"turn: expected a finite angle, received {self.turn!r}")
+        self._check_groups()
         for name, value in (("sharpness", self.sharpness), ("exposure_gain", self.exposure_gain)):
             if not (value > 0 and math.isfinite(value)):
                 raise ValueError(f"{name}: expected a number above 0, received {value!r}")
@@ -90,7 +125,11 @@ class Lighting:
     @property
     def axes(self) -> Float[Tensor, "anchors 3"]:
         """Unit directions of the anchors."""
-        return vogel(self.energy.shape[-2], dtype=self.energy.dtype, device=self.energy.device)
+        count, to = self.energy.shape[-2], self.energy
+        if not self.turn:
+            return vogel(count, dtype=to.dtype, device=to.device)
+        axes = vogel(count, dtype=torch.float64) @ frames.rotation(self.turn, dtype=torch.float64).T
+        return axes.to(dtype=to.dtype, device=to.device)
 
     @property
     def active(self) -> Int[Tensor, " active"]:
@@ -167,7 +206,10 @@ class Lighting:
             raise ValueError(
                 f"gain: expected a number or one for each of 3 channels, received {tuple(factor.shape)}"
             )
-        return replace(self, ambient=self.ambient * factor, energy=self.energy * factor)
+        groups = tuple(
+            group if group.off is None else replace(group, off=group.off * factor) for group in self.groups
+        )
+        return replace(self, ambient=self.ambient * factor, energy=self.energy * factor, groups=groups)
 
     def exposed(self, gain: float) -> "Lighting":
         """The same light photographed with ``gain`` times the exposure: radiance and the exposure gain are
@@ -188,11 +230,34 @@ class Lighting:
         """
         return replace(self.scaled(1 / self.exposure_gain), exposure_gain=1.0)
 
+    def turned(self, yaw: float) -> "Lighting":
+        """The light turned to the right about the vertical, exactly: ambient light, lobes and their names.
+
+        The lobes keep their anchors, which turn as a whole (`turn`), so turning back gives the light that
+        was.
+
+        Args:
+            yaw: angle in radians; what came from ahead (-Z) comes from the right (+X) after pi / 2.
+
+        Raises:
+            ValueError: the angle is not finite.
+
+        >>> lighting = Lighting(torch.zeros(9, 3), torch.eye(4)[:, :3])
+        >>> lighting.axes[0], lighting.turned(math.pi / 6).axes[0]
+        (tensor([ 0.0000,  0.7500, -0.6614]), tensor([ 0.3307,  0.7500, -0.5728]))
+        """
+        if not math.isfinite(yaw):
+            raise ValueError(f"yaw: expected a finite angle, received {yaw!r}")
+        matrix = frames.rotation(yaw, dtype=torch.float64, device=self.ambient.device)
+        ambient = harmonics.rotate(self.ambient, matrix)
+        return replace(self, ambient=ambient, turn=math.remainder(self.turn + yaw, 2 * math.pi))
+
     def rotated(self, rotation: Float[Tensor, "3 3"]) -> "Lighting":
-        """The light turned: what came from d comes from R d.
+        """The light turned: what came from d comes from R d. About the vertical, use `turned`.
 
         The ambient light is turned exactly. A lobe moves to the anchor nearest to its turned axis (at most
-        about 10 degrees away for 128 anchors), where its energy is kept; two lobes may meet there.
+        about 10 degrees away for 128 anchors), where its energy is kept; two lobes may meet there, so lasting
+        names end (`groups`), and a light that is off is gone.
 
         Raises:
             ValueError: the rotation is not orthogonal.
@@ -203,7 +268,8 @@ class Lighting:
         ([125, 126, 127], tensor([1., 1., 1.]))
         """
         ambient = harmonics.rotate(self.ambient, rotation.to(self.ambient.device))
-        return replace(self, ambient=ambient, energy=self._moved(self.axes @ rotation.to(self.axes).T))
+        energy = self._moved(self.axes @ rotation.to(self.axes).T)
+        return replace(self, ambient=ambient, energy=energy, groups=())
 
     def mirrored(self) -> "Lighting":
         """The light with left and right exchanged; lobes move to the nearest anchors as in `rotated`.
@@ -212,7 +278,8 @@ class Lighting:
         tensor([-1., -1., -1.])
         """
         flip = torch.tensor([-1.0, 1.0, 1.0]).to(self.axes)
-        return replace(self, ambient=harmonics.mirror(self.ambient), energy=self._moved(self.axes * flip))
+        ambient = harmonics.mirror(self.ambient)
+        return replace(self, ambient=ambient, energy=self._moved(self.axes * flip), groups=())
 
     def irradiance(self, normals: Float[Tensor, "*points 3"]) -> Float[Tensor, "... 3"]:
         """Irradiance on unshadowed surfaces with the given unit normals, [*batch, *points, 3].
@@ -243,7 +310,42 @@ class Lighting:
         >>> Lighting(torch.zeros(9, 3), torch.ones(4, 3)).to(torch.float64).energy.dtype
         torch.float64
         """
-        return replace(self, ambient=self.ambient.to(target), energy=self.energy.to(target))
+        groups = tuple(
+            group if group.off is None else replace(group, off=group.off.to(target)) for group in self.groups
+        )
+        return replace(self, ambient=self.ambient.to(target), energy=self.energy.to(target), groups=groups)
+
+    def _check_groups(self) -> None:
+        """Refuse groups of a batch, without a name or lobes, or that share one."""
+        if not self.groups:
+            return
+        self._single("groups")
+        names = [group.name for group in self.groups]
+        if not all(names) or len(set(names)) < len(names):
+            raise ValueError(f"groups: expected a name of its own for each, received {names}")
+        anchors = [anchor for group in self.groups for anchor in group.anchors]
+        if len(set(anchors)) < len(anchors) or not set(anchors) <= set(range(len(self.energy))):
+            raise ValueError(
+                f"groups: expected anchors from 0 to {len(self.energy) - 1}, each in one group, received "
+                f"{sorted(anchors)}"
+            )
+        for group in self.groups:
+            if not group.anchors or list(group.anchors) != sorted(group.anchors):
+                raise ValueError(
+                    f"groups: expected ascending anchors, one at least, for {group.name!r}, received "
+                    f"{group.anchors}"
+                )
+            if group.off is None:
+                continue
+            if group.off.shape != (len(group.anchors), 3) or not bool(
+                (torch.isfinite(group.off) & (group.off >= 0)).all()
+            ):
+                raise ValueError(
+                    f"groups: expected finite energies of at least 0 for the {len(group.anchors)} lobes of "
+                    f"{group.name!r}, received {group.off.tolist()}"
+                )
+            if bool((self.energy[list(group.anchors)] != 0).any()):
+                raise ValueError(f"groups: expected no energy on the lobes of {group.name!r}, which is off")
 
     def _strong(self, share: float) -> Tensor:
         """[*batch, anchors]: which lobes carry more than the share of the sources' luminance."""

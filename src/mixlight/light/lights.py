@@ -1,6 +1,8 @@
 """A few named lights out of many lobes: what a renderer's user can grasp and move."""
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import torch
@@ -28,7 +30,7 @@ class Light:
     """
 
     name: str
-    """``light_1`` is the brightest."""
+    """``light_1`` is the brightest, unless the lighting gives its lights lasting names."""
     direction: Float[Tensor, "3"]
     """Unit vector towards the light, in the lighting's frame."""
     irradiance: Float[Tensor, "3"]
@@ -49,6 +51,9 @@ def merge(lighting: Lighting, limit: int | None = None) -> list[Light]:
     gives several lights and not a single one half the sky wide. A cluster's direction is the mean of its
     lobes' axes weighted by luminance; its irradiance is the sum of v_i (u_i . direction).
 
+    Groups of the lighting (`Lighting.groups`) are lights as they are, under their own names, and their lobes
+    join no other light; a group that is off, or whose lobes are dark, is none.
+
     Args:
         lighting: a single one, not a batch.
         limit: keep only the brightest that many; the other lobes stay in the lighting alone.
@@ -67,19 +72,28 @@ def merge(lighting: Lighting, limit: int | None = None) -> list[Light]:
     """
     if limit is not None and limit < 0:
         raise ValueError(f"limit: expected at least 0, received {limit}")
-    active = lighting.active.tolist()
     axes = lighting.axes.double().cpu()
     energy = lighting.energy.detach().double().cpu()
+    power = luminance(energy)
+    grouped = {anchor for group in lighting.groups for anchor in group.anchors}
+    clusters: list[tuple[str | None, list[int]]] = [
+        (group.name, [anchor for anchor in group.anchors if power[anchor] > 0]) for group in lighting.groups
+    ]
+    free = [anchor for anchor in lighting.active.tolist() if anchor not in grouped]
+    clusters += [(None, cluster) for cluster in _clusters(axes, power, free)]
     lights = [
-        _light(axes, energy, cluster, lighting.sharpness)
-        for cluster in _clusters(axes, luminance(energy), active)
+        (name, *_light(axes, energy, cluster, lighting.sharpness)) for name, cluster in clusters if cluster
     ]
-    lights.sort(key=lambda found: -float(luminance(found[1])))
-    to = lighting.energy
+    lights.sort(key=lambda found: -float(luminance(found[2])))
+    to, fresh = lighting.energy, _fresh_names({group.name for group in lighting.groups})
     return [
-        Light(f"light_{number}", direction.to(to), irradiance.to(to), angular_diameter, anchors)
-        for number, (direction, irradiance, angular_diameter, anchors) in enumerate(lights[:limit], start=1)
+        Light(name or next(fresh), direction.to(to), irradiance.to(to), angular_diameter, anchors)
+        for name, direction, irradiance, angular_diameter, anchors in lights[:limit]
     ]
+
+
+def _fresh_names(taken: set[str]) -> Iterator[str]:
+    return (name for number in itertools.count(1) if (name := f"light_{number}") not in taken)
 
 
 def _clusters(axes: Tensor, power: Tensor, active: list[int]) -> list[list[int]]:

@@ -29,8 +29,9 @@ def lay_on_sphere(
 ) -> tuple[Float[Tensor, "height width channels"], Float[Tensor, "height width"]]:
     """Show a panorama what a pinhole camera at its centre has seen, antialiased, with soft edges.
 
-    A picture finer than the rays is first reduced to their spacing (means over pixels' areas), then each texel is the mean of supersample^2 bilinear look-ups, each weighted by its distance to
-    the picture's edge: 1 inside, falling to 0 at the edge by the smooth step 3t² - 2t³.
+    A picture finer than the rays is first reduced to their spacing (means over pixels' areas), then each
+    texel is the mean of supersample^2 bilinear look-ups, each weighted by its distance to the picture's edge:
+    1 inside, falling to 0 at the edge by the smooth step 3t² - 2t³.
 
     Args:
         picture: [h, w, C] linear light.
