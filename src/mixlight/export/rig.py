@@ -1,7 +1,9 @@
 """The rig: a light made ready for a consumer, each unit of it in the map or in the lights, never in both."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 import torch
@@ -131,7 +133,7 @@ def make_rig(
     lights: int | None = None,
     residual: bool = True,
     height: int = 256,
-    environment: Float[Tensor, "height width 3"] | None = None,
+    environment: Float[Tensor, "height width 3"] | Callable[[Lighting], Tensor] | None = None,
     name: str = "mixlight",
 ) -> Rig:
     """Make a lighting ready for export.
@@ -143,8 +145,9 @@ def make_rig(
         residual: take the lobes of those lights out of the map. Otherwise the map holds everything and the
             lights are written switched off.
         height: rows of the map, even, so that a quarter turn of its columns is exact.
-        environment: a map to take in place of the synthesised one. With ``residual`` it is the map of
-            ``lighting.without(anchors of the lights)``, otherwise that of ``lighting``.
+        environment: what makes a map [height, 2 height, 3] of a lighting in place of `Lighting.environment`,
+            `mixlight.light.detail.Detail.environment` for instance; or a finished map, from which nothing
+            is taken any more.
         name: stem of the names that consumers show.
 
     Returns:
@@ -164,33 +167,30 @@ def make_rig(
     """
     if lights is not None and lights < 0:
         raise ValueError(f"lights: expected a number of at least 0, received {lights}")
-    lighting = lighting.to(torch.float64).to("cpu")
+    lighting = lighting.to("cpu")
     chosen = tuple(merge(lighting, lights))
     taken = [anchor for light in chosen for anchor in light.anchors]
     rest = lighting.without(taken)
-    if environment is None:
-        if height < 2 or height % 2:
-            raise ValueError(f"height: expected an even number of at least 2, received {height}")
-        environment = (rest if residual else lighting).environment(height)
-    environment = environment.detach().to("cpu", torch.float64)
-    lobes = lighting.sources_map(environment.shape[0]) - rest.sources_map(environment.shape[0])
-    ambient = harmonics.project(environment)
-    every = ambient + harmonics.project(lobes) if residual else ambient
+    if height < 2 or height % 2:
+        raise ValueError(f"height: expected an even number of at least 2, received {height}")
+    if isinstance(environment, Tensor):
+        kept = environment
+        rows = len(kept)
+        whole = kept + lighting.sources_map(rows) - rest.sources_map(rows) if residual else kept
+    else:
+        synthesise = partial(Lighting.environment, height=height) if environment is None else environment
+        whole = synthesise(lighting)
+        kept = synthesise(rest) if residual and taken else whole
+    kept, whole = (panorama.detach().to("cpu", torch.float64) for panorama in (kept, whole))
     return Rig(
-        environment=environment.float(),
+        environment=kept.float(),
         lights=tuple(
-            Light(
-                light.name,
-                light.direction.float(),
-                light.irradiance.float(),
-                light.angular_diameter,
-                light.anchors,
-            )
+            replace(light, direction=light.direction.float(), irradiance=light.irradiance.float())
             for light in chosen
         ),
         residual=residual,
-        ambient=ambient.float(),
-        sh=every.float(),
+        ambient=harmonics.project(kept).float(),
+        sh=harmonics.project(whole).float(),
         exposure_gain=lighting.exposure_gain,
         name=name,
     )
