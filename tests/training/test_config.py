@@ -37,6 +37,9 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
     assert config.tables == (str(tmp_path / "a.csv"),)
     assert config.backbone_weights == str(tmp_path / "start.safetensors")
     assert read_config(write(tmp_path, 'backbone_weights = "none"\n')).backbone_weights == "none"
+    whole = read_config(write(tmp_path / "deep", 'model_weights = "../a.safetensors"\n'))
+    assert whole.model_weights == str(tmp_path / "a.safetensors")
+    assert read_config(write(tmp_path, 'model_weights = "default"\n')).model_weights == "default"
 
 
 def test_overrides_replace_values_by_their_dotted_key(tmp_path: Path) -> None:

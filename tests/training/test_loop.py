@@ -279,7 +279,39 @@ def test_a_backbone_may_start_elsewhere(dataset: Path, tmp_path: Path, start: st
     assert all(torch.equal(value, again.model.backbone.state_dict()[key]) for key, value in found.items())
 
 
+def test_a_run_goes_on_from_a_whole_model_of_another_size(dataset: Path, tmp_path: Path) -> None:
+    cache = dataset.parent / "cache"
+    first = train(small(dataset, backbone_weights="none"), tmp_path / "a", cache=cache)
+    larger = read_config(
+        dataset,
+        {
+            "model_weights": str(first),
+            "model.height": 48,
+            "model.width": 64,
+            "optimiser.learning_rate": 0.0,
+            "optimiser.backbone_rate": 0.0,
+        },
+    )
+    run = Run(larger, tmp_path / "b", resume=False, cache=cache)
+    state, card = weights.load(first)
+    for key, value in run.model.state_dict().items():
+        torch.testing.assert_close(value, state[key].to(value.dtype), rtol=0, atol=0)
+    _, grown = weights.load(run.finish())
+    assert grown["started_from"] == card
+    assert grown["settings"]["height"] == 48
+    assert "/" not in grown["config"]["model_weights"]
+
+
 # -------------------------------------------------------------------------------------------------- bad input
+
+
+def test_a_model_to_go_on_from_has_to_fit(dataset: Path, tmp_path: Path) -> None:
+    path = tmp_path / "foreign.safetensors"
+    weights.save(path, {"x": torch.ones(2)}, {"kind": "something"})
+    with pytest.raises(weights.WeightsError, match=r"foreign\.safetensors"):
+        train(small(dataset, model_weights=str(path)), tmp_path / "out", cache=dataset.parent / "cache")
+    with pytest.raises(weights.WeightsError, match="unheard"):
+        train(small(dataset, model_weights="unheard"), tmp_path / "out", cache=dataset.parent / "cache")
 
 
 def test_one_group_in_two_tables_stays_on_one_side(dataset: Path, tmp_path: Path) -> None:

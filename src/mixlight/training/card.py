@@ -14,6 +14,7 @@ import torch
 
 from mixlight import __version__
 from mixlight.data.panoramas import PanoramaRecord
+from mixlight.network import weights
 from mixlight.training.config import WORDS, TrainingConfig, to_plain
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -32,6 +33,7 @@ def make_card(
     plain = to_plain(config)
     plain["tables"] = [Path(table).name for table in config.tables]
     plain["backbone_weights"] = Path(config.backbone_weights).name
+    plain["model_weights"] = Path(config.model_weights).name
     return {
         "kind": "mixlight",
         "name": config.name,
@@ -40,6 +42,7 @@ def make_card(
         "units": "radiance 1.0 is the photo's linear white",
         "config": plain,
         "commit": commit(),
+        **_ancestor(config),
         "data": {
             "tables": plain["tables"],
             "panoramas": len(records),
@@ -82,8 +85,17 @@ def _git(*arguments: str) -> str:
     return done.stdout.strip()
 
 
+def _ancestor(config: TrainingConfig) -> dict[str, Any]:
+    """The card of the model that a run went on from: what that one was made from counts for this one, too."""
+    if not config.model_weights:
+        return {}
+    return {"started_from": weights.load(weights.find(config.model_weights))[1]}
+
+
 def _origin(config: TrainingConfig) -> str:
     start = config.backbone_weights
+    if config.model_weights:
+        return f"as in the model it went on from ({Path(config.model_weights).name})"
     if start == "none":
         return "initialised at random"
     if start not in WORDS:

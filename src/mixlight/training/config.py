@@ -94,6 +94,10 @@ class TrainingConfig:
     backbone_weights: str = "imagenet"
     """Where the backbone starts: `imagenet` (the weights that ship with the package), `none` (at random), or
     a weights file of the backbone; a relative path is relative to the config file."""
+    model_weights: str = ""
+    """Weights of a whole model to go on from: the name of a shipped one, or a file (a relative path is
+    relative to the config file); it may have seen views of another size. Empty: `backbone_weights`, and heads
+    that predict the mean light."""
     tensorboard: bool = False
     """Also write TensorBoard events (needs the extra `tensorboard`)."""
     model: ModelSettings = field(default_factory=ModelSettings)
@@ -162,11 +166,12 @@ def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) ->
         config: TrainingConfig = _build(TrainingConfig, values, "")
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    start = config.backbone_weights
+    start, model = config.backbone_weights, config.model_weights
     return dataclasses.replace(
         config,
         tables=tuple(str((path.parent / table).resolve()) for table in config.tables),
         backbone_weights=start if start in WORDS else str((path.parent / start).resolve()),
+        model_weights=str((path.parent / model).resolve()) if Path(model).suffix else model,
     )
 
 

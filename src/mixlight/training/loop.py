@@ -116,7 +116,8 @@ class Run:
         self.best: dict[str, Tensor] = {}
         self.best_metrics: dict[str, float] = {}
         if saved is None:
-            self._start_from_mean()
+            if not config.model_weights:
+                self._start_from_mean()
             self.average = {k: v.detach().clone() for k, v in self.model.state_dict().items()}
             self._checkpoint.unlink(missing_ok=True)
         else:
@@ -189,7 +190,10 @@ class Run:
         config, start = self.config, self.config.backbone_weights
         with self._seeded(config.seed):
             model = MixLightNet(config.model, pretrained=start == "imagenet")
-        if start not in WORDS:
+        if config.model_weights:
+            whole = weights.find(config.model_weights)
+            weights.load_into(model, weights.load(whole)[0], whole)
+        elif start not in WORDS:
             weights.load_into(model.backbone, weights.load(start)[0], start)
         return model
 
