@@ -8,7 +8,7 @@ file safely and every complaint names the entry.
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,8 @@ from torch import Tensor
 
 from mixlight.image.atomic import atomic_path
 from mixlight.light import entries
-from mixlight.light.document_check import FORMAT, VERSION, check
-from mixlight.light.lighting import Lighting
+from mixlight.light.document_check import EDITED_VERSION, FORMAT, VERSION, check
+from mixlight.light.lighting import Group, Lighting
 from mixlight.light.lights import merge
 
 
@@ -38,7 +38,8 @@ def to_document(
         model: the network's card.
 
     Convention: the document's frame is the lighting's, +X right, +Y up, -Z forward. ``lights`` says again
-        what ``sources`` says, for readers without environment maps.
+        what ``sources`` says, for readers without environment maps. The document is of version 1, or of
+        version 2 where the lighting has a turn or groups.
 
     Raises:
         ValueError: a batch of lightings, or a photo or model that is no JSON or not of the schema's shape.
@@ -49,10 +50,10 @@ def to_document(
     """
     lights = merge(lighting)  # refuses a batch
     energy = lighting.energy.detach()
-    lit = (energy != 0).any(-1).nonzero()[:, 0]
+    edited = bool(lighting.turn or lighting.groups)
     document = {
         "format": FORMAT,
-        "version": VERSION,
+        "version": EDITED_VERSION if edited else VERSION,
         "frame": lighting.frame,
         "exposure_gain": float(lighting.exposure_gain),
         "ambient": {
@@ -66,8 +67,9 @@ def to_document(
             "anchors": "vogel",
             "count": len(energy),
             "sharpness": float(lighting.sharpness),
-            "energy": [[index, *rgb] for index, rgb in zip(lit.tolist(), numbers(energy[lit]), strict=True)],
-        },
+            "energy": _rows(range(len(energy)), energy),
+        }
+        | (_edits(lighting) if edited else {}),
         "lights": [
             {
                 "name": light.name,
@@ -98,14 +100,20 @@ def from_document(document: Mapping[str, Any], dtype: torch.dtype = torch.float3
     """
     check(document)
     sources = document["sources"]
-    energy = torch.zeros(sources["count"], 3, dtype=dtype)
-    for index, *rgb in sources["energy"]:
-        energy[index] = torch.tensor(rgb, dtype=dtype)
     return Lighting(
         torch.tensor(document["ambient"]["coefficients"], dtype=dtype),
-        energy,
+        _energy(sources["energy"], sources["count"], dtype),
         sharpness=float(sources["sharpness"]),
         exposure_gain=float(document["exposure_gain"]),
+        turn=math.radians(sources.get("turn_deg", 0.0)),
+        groups=tuple(
+            Group(
+                group["name"],
+                tuple(group["anchors"]),
+                _energy(group["off"], sources["count"], dtype)[group["anchors"]] if "off" in group else None,
+            )
+            for group in sources.get("groups", ())
+        ),
     )
 
 
@@ -180,13 +188,40 @@ def schema() -> dict[str, Any]:
     """The JSON Schema of the document.
 
     >>> schema()["title"]
-    'MixLight lighting, version 1'
+    'MixLight lighting, versions 1 and 2'
     """
     from importlib.resources import files  # only wanted here, and slow to import
 
     text = files("mixlight.light").joinpath("lighting.schema.json").read_text(encoding="utf-8")
     found: dict[str, Any] = json.loads(text)
     return found
+
+
+def _edits(lighting: Lighting) -> dict[str, Any]:
+    """What version 2 says of the sources beyond version 1."""
+    return {
+        "turn_deg": math.degrees(lighting.turn),
+        "groups": [
+            {"name": group.name, "anchors": list(group.anchors)}
+            | ({} if group.off is None else {"off": _rows(group.anchors, group.off)})
+            for group in lighting.groups
+        ],
+    }
+
+
+def _rows(anchors: Iterable[int], energy: Tensor) -> list[list[float]]:
+    """[anchor, r, g, b] of each lobe that is not dark."""
+    lit = (energy != 0).any(-1).tolist()
+    return [
+        [anchor, *numbers(rgb)] for anchor, rgb, is_lit in zip(anchors, energy, lit, strict=True) if is_lit
+    ]
+
+
+def _energy(rows: Iterable[Sequence[float]], count: int, dtype: torch.dtype) -> Tensor:
+    energy = torch.zeros(count, 3, dtype=dtype)
+    for index, *rgb in rows:
+        energy[int(index)] = torch.tensor(rgb, dtype=dtype)
+    return energy
 
 
 def numbers(tensor: Tensor) -> Any:

@@ -10,10 +10,13 @@ from mixlight.light.lighting import FRAME
 
 FORMAT = "mixlight/lighting"
 VERSION = 1
+"""Of a document that any reader understands."""
+EDITED_VERSION = 2
+"""Of a document with turned anchors or lasting names: ``sources`` has ``turn_deg`` and ``groups`` too."""
 
 
 def check(document: object) -> None:
-    """Refuse what is no lighting document of version 1.
+    """Refuse what is no lighting document of version 1 or 2.
 
     All that ``lighting.schema.json`` says holds, and what no schema can say: numbers are finite, an anchor's
     index is below their count and appears once, directions have the length 1.
@@ -30,7 +33,7 @@ def check(document: object) -> None:
     """
     top = mapping(document, "the document")
     equal(top.get("format"), "format", FORMAT)
-    equal(top.get("version"), "version", VERSION)
+    edited = whole(top.get("version"), "version", VERSION, EDITED_VERSION) == EDITED_VERSION
     keys(
         top,
         "the document",
@@ -39,7 +42,7 @@ def check(document: object) -> None:
     equal(top["frame"], "frame", FRAME)
     number(top["exposure_gain"], "exposure_gain", above=0)
     _ambient(top["ambient"])
-    _sources(top["sources"])
+    _sources(top["sources"], edited)
     for place, light in enumerate(entries(top["lights"], "lights")):
         _light(light, f"lights[{place}]")
     if top["photo"] is not None:
@@ -62,21 +65,51 @@ def _ambient(value: object) -> None:
         rgb(row, f"ambient.coefficients[{place}]")
 
 
-def _sources(value: object) -> None:
+def _sources(value: object, edited: bool) -> None:
     sources = mapping(value, "sources")
-    keys(sources, "sources", ("anchors", "count", "sharpness", "energy"))
+    names = ("anchors", "count", "sharpness", "energy")
+    keys(sources, "sources", (*names, "turn_deg", "groups") if edited else names)
     equal(sources["anchors"], "sources.anchors", "vogel")
     count = whole(sources["count"], "sources.count", 1, 1 << 20)
     number(sources["sharpness"], "sources.sharpness", above=0)
-    seen = set()
-    for place, entry in enumerate(entries(sources["energy"], "sources.energy")):
-        where = f"sources.energy[{place}]"
-        index, *energy = entries(entry, where, 4)
-        seen_before = whole(index, f"{where}[0]", 0, count - 1) in seen
-        if seen_before:
-            fail(f"{where}[0]", "every anchor at most once", index)
+    lit = _energy(sources["energy"], "sources.energy", count, set())
+    if edited:
+        number(sources["turn_deg"], "sources.turn_deg", minimum=-180, maximum=180)
+        _groups(sources["groups"], count, lit)
+
+
+def _energy(value: object, where: str, count: int, taken: set[int]) -> set[int]:
+    """Rows of an anchor and its energy; the anchors are none of those taken."""
+    seen = set[int]()
+    for place, entry in enumerate(entries(value, where)):
+        here = f"{where}[{place}]"
+        index, *energy = entries(entry, here, 4)
+        if whole(index, f"{here}[0]", 0, count - 1) in seen | taken:
+            fail(f"{here}[0]", "every anchor at most once", index)
         seen.add(index)
-        rgb(energy, where, minimum=0)
+        rgb(energy, here, minimum=0)
+    return seen
+
+
+def _groups(value: object, count: int, lit: set[int]) -> None:
+    names, grouped = set[str](), set[int]()
+    for place, entry in enumerate(entries(value, "sources.groups")):
+        where = f"sources.groups[{place}]"
+        group = mapping(entry, where)
+        keys(group, where, ("name", "anchors", "off") if "off" in group else ("name", "anchors"))
+        name = text(group["name"], f"{where}.name")
+        if not name or name in names:
+            fail(f"{where}.name", "a name of its own", name)
+        names.add(name)
+        anchors = [
+            whole(anchor, f"{where}.anchors[{k}]", 0, count - 1)
+            for k, anchor in enumerate(entries(group["anchors"], f"{where}.anchors"))
+        ]
+        if not anchors or anchors != sorted(set(anchors)) or grouped & set(anchors):
+            fail(f"{where}.anchors", "ascending anchors, one at least, that are in no other group", anchors)
+        grouped |= set(anchors)
+        if "off" in group and not _energy(group["off"], f"{where}.off", count, lit) <= set(anchors):
+            fail(f"{where}.off", "energy on the group's anchors", group["off"])
 
 
 def _light(value: object, where: str) -> None:
