@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from mixlight import __version__
 from mixlight.app import (
+    doctor_command,
     estimate_command,
     export_command,
     fit_command,
@@ -28,6 +29,7 @@ VERBS = {
     "insert": insert_command,
     "export": export_command,
     "train": train_command,
+    "doctor": doctor_command,
 }
 
 EXIT_USAGE = 2
