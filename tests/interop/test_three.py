@@ -123,7 +123,7 @@ def test_a_rough_metal_is_lit_from_where_the_light_is(card: Pictures) -> None:
     assert left[2] > right[2]
 
 
-# ------------------------------------------------------------------------------------ numbers of all the light
+# ------------------------------------------------------------------------------ numbers of all the light
 
 
 def expected_matte(rig: Rig, normals: Tensor) -> Tensor:
