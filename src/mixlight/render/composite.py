@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mixlight.render.denoise import denoise
+from mixlight.render.denoise import denoise, robust_mean
 from mixlight.render.insertion import InsertionScene, Region, Renders
 
-__all__ = ["Layers", "composite", "make_layers"]
+__all__ = ["Layers", "composite", "make_layers", "relative_change"]
 
 UNTOUCHED = 3e-3
 """A relative change of the light on the ground below this is none."""
@@ -47,29 +47,39 @@ class Layers:
 
 
 def make_layers(
-    scene: InsertionScene, renders: Renders, region: Region, photo: Float[np.ndarray, "height width 3"]
+    scene: InsertionScene,
+    renders: Renders,
+    box: Region,
+    region: Region,
+    change: Float[np.ndarray, "rows columns 3"],
+    photo: Float[np.ndarray, "height width 3"],
 ) -> Layers:
-    """The layers of a region from its renders at the photo's resolution.
+    """The layers of a region, from the renders of the box in it that holds the object.
 
     Args:
         scene: what was rendered.
-        renders: with the object, without, and its coverage.
-        region: the pixels they are of.
+        renders: of the box, at the photo's resolution.
+        box: the pixels that `renders` are of; the object covers none outside of it.
+        region: the pixels that the layers are of; it holds the box.
+        change: how much the object changes the light on the ground, of the region (`relative_change`).
         photo: the whole photo, linear.
     """
-    coverage = renders.coverage
-    here = photo[region.slices].astype(np.float64)
-    change = relative_change(scene, renders, region)
-    free = coverage == 0
-    change = _fill(change, free)
-    ground = renders.ground.mean(0)
+    inside = (
+        slice(box.top - region.top, box.bottom - region.top),
+        slice(box.left - region.left, box.right - region.left),
+    )
+    coverage = np.zeros((region.height, region.width))
+    coverage[inside] = renders.coverage
     # Of a pixel at the object's rim the ground's part is taken off. How bright the ground is there is known
     # only nearly, but what is taken off here is put back by the photo, which is as bright.
-    share = (1 - coverage)[..., None]
-    beauty = np.maximum(renders.scene.mean(0) - share * ground * (1 + change), 0)
-    beauty[free] = 0
-    bound = scene.irradiance / math.pi
-    shadow = np.minimum(here, bound) * change
+    share = (1 - renders.coverage)[..., None]
+    ground = renders.ground.mean(0) * (1 + change[inside])
+    held, variance = robust_mean(renders.scene - share * ground)
+    held = denoise(held, variance, renders.coverage > 0, levels=3)
+    beauty = np.zeros_like(change)
+    beauty[inside] = np.where((renders.coverage > 0)[..., None], np.maximum(held, 0), 0.0)
+    here = photo[region.slices].astype(np.float64)
+    shadow = np.minimum(here, scene.irradiance / math.pi) * change
     shadow[coverage >= 1] = 0
     return Layers(region, beauty, coverage, shadow)
 
@@ -79,23 +89,30 @@ def relative_change(
 ) -> Float[np.ndarray, "rows columns 3"]:
     """How much the object changes the light on the ground: (with - without) / without, at least -1.
 
-    0 where there is no ground, and where the object covers a part of the pixel.
+    0 where there is no ground. Where the object covers a part of the pixel it is that of the pixels beside.
+
+    Args:
+        scene: what was rendered, with the camera that it was rendered by.
+        renders: of the region.
+        region: pixels of that camera.
     """
     ground = renders.ground.mean(0)
-    lit = (ground > 1e-6).all(-1) & (renders.coverage == 0)
-    raw = np.where(lit[..., None], (renders.scene - renders.ground) / np.maximum(ground, 1e-6), 0.0)
-    rows, columns = ground.shape[:2]
-    y, x = region.top + np.arange(rows) + 0.5, region.left + np.arange(columns) + 0.5
+    free = renders.coverage == 0
+    y, x = region.top + np.arange(region.height) + 0.5, region.left + np.arange(region.width) + 0.5
     rays = scene.camera.directions(np.stack(np.meshgrid(x, y), -1))
-    down = np.minimum(rays[..., 1], -1e-6)
-    place = rays / -down[..., None] * -scene.ground.centre[1] - scene.ground.centre
-    reach = np.abs(place[..., [0, 2]]).max(-1) / scene.ground.half_side
-    fade = np.clip((FADE[1] - reach) / (FADE[1] - FADE[0]), 0, 1)
-    change = np.maximum(denoise(raw, lit) * fade[..., None], -1.0)
+    below = rays[..., 1] < -1e-6
+    place = rays / np.maximum(-rays[..., 1:2], 1e-6) - scene.ground.centre
+    reach = np.where(below, np.abs(place[..., [0, 2]]).max(-1) / scene.ground.half_side, np.inf)
+    lit = (ground > 1e-6).all(-1) & (reach < FADE[1])
+    noisy, variance = robust_mean(
+        np.where(lit[..., None], (renders.scene - renders.ground) / np.maximum(ground, 1e-6), 0.0)
+    )
+    change = denoise(noisy, variance, lit & free)
+    change *= np.clip((FADE[1] - reach) / (FADE[1] - FADE[0]), 0, 1)[..., None]
     # The last thousandths are let go smoothly, so that the region has no edge.
     size = np.abs(change).max(-1, keepdims=True)
-    change = change * np.clip((size - UNTOUCHED) / UNTOUCHED, 0, 1)
-    return np.asarray(np.where(lit[..., None], change, 0.0))
+    change = np.maximum(change, -1.0) * np.clip((size - UNTOUCHED) / UNTOUCHED, 0, 1)
+    return _fill(np.where((lit & free)[..., None], change, 0.0), free)
 
 
 def _fill(

@@ -9,40 +9,60 @@ Source: C. Schied et al., Spatiotemporal variance-guided filtering, 2017, sectio
 import numpy as np
 from jaxtyping import Bool, Float
 
-__all__ = ["denoise"]
+__all__ = ["denoise", "robust_mean"]
 
 _KERNEL = (1 / 16, 1 / 4, 3 / 8, 1 / 4, 1 / 16)
 
 
+def robust_mean(
+    runs: Float[np.ndarray, "runs *shape channels"],
+) -> tuple[Float[np.ndarray, "*shape channels"], Float[np.ndarray, "*shape"]]:
+    """The mean of independent runs without the outliers of path tracing, and its variance.
+
+    Of five runs or more the largest and the smallest value of each pixel are left out: a light path of little
+    probability and great energy, a firefly, is in one run only.
+
+    Convention: the variance is that of the mean, averaged over the channels; of a single run it is 0.
+
+    >>> mean, variance = robust_mean(np.array([1.0, 1.0, 1.2, 0.8, 1.0, 90.0])[:, None])
+    >>> mean.round(3), float(variance.round(4))
+    (array([1.05]), 0.0023)
+    """
+    count = len(runs)
+    if count >= 5:
+        runs = np.sort(runs, axis=0)[1:-1]
+    variance = runs.var(0, ddof=1).mean(-1) / len(runs) if count > 1 else np.zeros(runs.shape[1:-1])
+    return np.asarray(runs.mean(0)), np.asarray(variance)
+
+
 def denoise(
-    runs: Float[np.ndarray, "runs rows columns channels"],
+    value: Float[np.ndarray, "rows columns channels"],
+    variance: Float[np.ndarray, "rows columns"],
     valid: Bool[np.ndarray, "rows columns"],
     *,
     levels: int = 4,
-    tolerance: float = 3.0,
+    tolerance: float = 2.0,
 ) -> Float[np.ndarray, "rows columns channels"]:
-    """The mean of several independent noisy pictures, smoothed as far as their noise allows.
+    """A noisy picture, smoothed as far as its noise allows.
 
     Args:
-        runs: of one and the same field; a single one is returned as it is, since its noise is unknown.
+        value: the picture.
+        variance: of each pixel's noise, mean over the channels.
         valid: the pixels that count; the others neither give nor take.
         levels: doublings of the reach, 2^levels pixels in all.
         tolerance: differences up to about this many standard deviations are taken for noise.
 
-    Convention: a field without noise comes back as it is.
+    Convention: without noise the picture comes back as it is.
 
-    >>> field = np.ones((2, 8, 8, 1)) + np.array([0.1, -0.1]).reshape(2, 1, 1, 1)
-    >>> float(denoise(field, np.ones((8, 8), bool)).mean().round(6))
+    >>> noise = 0.1 * np.indices((8, 8, 1)).sum(0) % 0.2 - 0.05
+    >>> clean = denoise(1 + noise, np.full((8, 8), 0.05**2), np.ones((8, 8), bool))
+    >>> float(clean[4, 4, 0].round(3))
     1.0
     """
-    value = np.asarray(runs.mean(0))
-    count = len(runs)
-    if count < 2:
-        return np.asarray(value)
     # Few runs tell little about one pixel's noise: it is taken from a neighbourhood.
-    variance = runs.var(0, ddof=1).mean(-1) / count
     share = _blur(valid.astype(float), 3)
     variance = np.where(valid, _blur(variance * valid, 3) / np.maximum(share, 1e-3), 0.0)
+    value = _without_speckles(value, variance, valid)
     for level in range(levels):
         step = 2**level
         total = np.zeros_like(value)
@@ -66,6 +86,27 @@ def denoise(
     return np.asarray(value)
 
 
+def _without_speckles(
+    value: Float[np.ndarray, "rows columns channels"],
+    variance: Float[np.ndarray, "rows columns"],
+    valid: Bool[np.ndarray, "rows columns"],
+) -> Float[np.ndarray, "rows columns channels"]:
+    """Pixels that stand out of all their eight neighbours by more than noise does are brought down to them.
+
+    The wavelet would keep such a pixel for a detail, as it is too different to be averaged.
+    """
+    low, high = np.full_like(value, np.inf), np.full_like(value, -np.inf)
+    for dy in (-1, 0, 1):
+        for dx in (-1, 0, 1):
+            if dy or dx:
+                other, there = _at(value, dy, dx), _at(valid, dy, dx)[..., None]
+                low = np.where(there, np.minimum(low, other), low)
+                high = np.where(there, np.maximum(high, other), high)
+    slack = np.sqrt(variance)[..., None]
+    alone = ~np.isfinite(low)
+    return np.asarray(np.where(alone, value, np.clip(value, low - slack, high + slack)))
+
+
 def _at(field: np.ndarray, dy: int, dx: int) -> np.ndarray:
     """The field seen from (dy, dx) away; what lies outside is 0."""
     rows, columns = field.shape[:2]
@@ -84,4 +125,4 @@ def _blur(field: Float[np.ndarray, "rows columns"], radius: int) -> Float[np.nda
     summed = np.pad(padded.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     return (
         summed[side:, side:] - summed[:-side, side:] - summed[side:, :-side] + summed[:-side, :-side]
-    ) / side**2
+    ).clip(0) / side**2

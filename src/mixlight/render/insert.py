@@ -1,7 +1,6 @@
 """From a scene to the layers of an insertion: find the pixels that change, render those, and no others."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
@@ -19,10 +18,14 @@ ROUGH = 96
 VISIBLE = 0.01
 """Relative change of the ground's light from which on a pixel belongs to the region."""
 
-BUDGET = 5e7
-"""Samples in all; larger regions get fewer for each pixel, as their noise is finer."""
+SHADOW_PIXELS = 3e5
+"""A region of more pixels gets its shadow from a smaller picture, but for the surroundings of the object:
+far from what throws it, a shadow has no detail."""
 
-RUNS = 4
+BUDGET = 3e7
+"""Samples in all; larger objects get fewer for each pixel, as their noise is finer."""
+
+RUNS = 8
 """Independent renderings, from which the noise is told."""
 
 
@@ -32,43 +35,8 @@ class Renderer(Protocol):
     def __call__(
         self, scene: InsertionScene, region: Region, *, samples: int, runs: int = 1, seed: int = 0
     ) -> Renders:
-        """Render a region of the scene's picture."""
+        """Render a region of the scene's picture, with `samples` for each pixel in each of the runs."""
         ...
-
-
-def touched_region(scene: InsertionScene, render: Renderer, *, seed: int = 0) -> Region:
-    """The rectangle of the photo that the object and its shadow touch, from a rough picture of it.
-
-    Raises:
-        ValueError: the object lies wholly outside the photo.
-    """
-    camera = scene.camera
-    shrink = max(1.0, max(camera.width, camera.height) / ROUGH)
-    rough = replace(
-        camera, width=max(1, round(camera.width / shrink)), height=max(1, round(camera.height / shrink))
-    )
-    small = replace(scene, camera=rough)
-    whole = Region(0, 0, rough.width, rough.height)
-    renders = render(small, whole, samples=16, runs=2, seed=seed)
-    change = relative_change(small, renders, whole)
-    touched = (renders.coverage > 0) | (np.abs(change).max(-1) > VISIBLE)
-    points = np.concatenate([camera.project(part.positions)[0] for part in scene.parts])
-    x, y = points[:, 0], points[:, 1]
-    if not ((x > 0) & (x < camera.width) & (y > 0) & (y < camera.height)).any():
-        raise ValueError("expected an object inside the photo, received one that is wholly outside of it")
-    rows, columns = np.nonzero(touched)
-    scale_x, scale_y = camera.width / rough.width, camera.height / rough.height
-    # A rough pixel more on every side, and the outline of the object itself, which may be thin.
-    left = min([x.min(), *((columns - 1) * scale_x)])
-    right = max([x.max(), *((columns + 2) * scale_x)])
-    top = min([y.min(), *((rows - 1) * scale_y)])
-    bottom = max([y.max(), *((rows + 2) * scale_y)])
-    return Region(
-        max(0, math.floor(left) - 1),
-        max(0, math.floor(top) - 1),
-        min(camera.width, math.ceil(right) + 1),
-        min(camera.height, math.ceil(bottom) + 1),
-    )
 
 
 def insert(
@@ -76,9 +44,8 @@ def insert(
     photo: Float[np.ndarray, "height width 3"],
     render: Renderer,
     *,
-    samples: int = 128,
+    samples: int = 256,
     seed: int = 0,
-    progress: Callable[[str], None] | None = None,
 ) -> Layers:
     """Render the object into the photo.
 
@@ -88,16 +55,121 @@ def insert(
         render: for instance `mixlight.render.mitsuba.render`.
         samples: for each pixel, at most; large regions get fewer (`BUDGET`).
         seed: of the random numbers; the same seed gives the same picture.
-        progress: called with a word on what is done next.
 
     Raises:
         ValueError: the object lies outside the photo, or the renderer is missing.
     """
-    say = progress or (lambda _: None)
-    say("looking for the pixels that change")
-    region = touched_region(scene, render, seed=seed)
-    affordable = max(16, int(BUDGET / (region.width * region.height)))
-    each = max(4, min(samples, affordable) // RUNS)
-    say(f"rendering {region.width} x {region.height} pixels with {each * RUNS} samples")
-    renders = render(scene, region, samples=each, runs=RUNS, seed=seed + 1)
-    return make_layers(scene, renders, region, photo)
+    region, outline = touched_region(scene, render, seed=seed)
+    shrink = math.sqrt(region.width * region.height / SHADOW_PIXELS)
+    margin = math.ceil(6 * shrink + 0.1 * max(outline.width, outline.height))
+    box = _clipped(outline, margin, region)
+    if shrink <= 1 or box == region:
+        renders = render(scene, region, samples=_each(samples, region), runs=RUNS, seed=seed + 1)
+        return make_layers(scene, renders, region, region, relative_change(scene, renders, region), photo)
+    small = _shrunk(scene, shrink)
+    scale = np.array([scene.camera.width / small.camera.width, scene.camera.height / small.camera.height])
+    low = Region(
+        int(region.left / scale[0]),
+        int(region.top / scale[1]),
+        min(small.camera.width, math.ceil(region.right / scale[0])),
+        min(small.camera.height, math.ceil(region.bottom / scale[1])),
+    )
+    far = render(small, low, samples=_each(samples, low), runs=RUNS, seed=seed + 1)
+    change = _enlarged(relative_change(small, far, low), low, region, scale)
+    near = render(scene, box, samples=_each(samples, box), runs=RUNS, seed=seed + 1 + RUNS)
+    inside = (
+        slice(box.top - region.top, box.bottom - region.top),
+        slice(box.left - region.left, box.right - region.left),
+    )
+    ramp = [
+        np.minimum(np.arange(first, first + count), np.arange(first + count, first, -1) - 1)
+        for first, count in ((0, box.height), (0, box.width))
+    ]
+    weight = np.clip(np.minimum(ramp[0][:, None], ramp[1]) / margin, 0, 1)[..., None]
+    # At the edge of the photo the box has no far side to be blended with.
+    change[inside] += weight * (relative_change(scene, near, box) - change[inside])
+    return make_layers(scene, near, box, region, change, photo)
+
+
+def touched_region(scene: InsertionScene, render: Renderer, *, seed: int = 0) -> tuple[Region, Region]:
+    """The rectangle of the photo that object and shadow touch, and that of the object alone in it.
+
+    The object's is its projection; the shadow's is told from a rough picture.
+
+    Raises:
+        ValueError: the object lies wholly outside the photo.
+    """
+    camera = scene.camera
+    points = np.concatenate([camera.project(part.positions)[0] for part in scene.parts])
+    low, high = points.min(0), points.max(0)
+    whole = Region(0, 0, camera.width, camera.height)
+    if high[0] <= 0 or high[1] <= 0 or low[0] >= camera.width or low[1] >= camera.height:
+        raise ValueError("expected an object inside the photo, received one that is wholly outside of it")
+    outline = Region(
+        *(max(0, math.floor(v) - 1) for v in low),
+        min(camera.width, math.ceil(high[0]) + 1),
+        min(camera.height, math.ceil(high[1]) + 1),
+    )
+    small = _shrunk(scene, max(1.0, max(camera.width, camera.height) / ROUGH))
+    picture = Region(0, 0, small.camera.width, small.camera.height)
+    change = relative_change(small, render(small, picture, samples=4, runs=RUNS, seed=seed), picture)
+    rows, columns = np.nonzero(np.abs(change).max(-1) > VISIBLE)
+    if not len(rows):
+        return _clipped(outline, 2, whole), outline
+    scale_x, scale_y = camera.width / small.camera.width, camera.height / small.camera.height
+    # A rough pixel more on every side.
+    shadow = Region(
+        math.floor((columns.min() - 1) * scale_x),
+        math.floor((rows.min() - 1) * scale_y),
+        math.ceil((columns.max() + 2) * scale_x),
+        math.ceil((rows.max() + 2) * scale_y),
+    )
+    union = Region(
+        min(shadow.left, outline.left),
+        min(shadow.top, outline.top),
+        max(shadow.right, outline.right),
+        max(shadow.bottom, outline.bottom),
+    )
+    return _clipped(union, 2, whole), outline
+
+
+def _clipped(region: Region, margin: int, whole: Region) -> Region:
+    """The region with a margin, within the whole."""
+    return Region(
+        max(whole.left, region.left - margin),
+        max(whole.top, region.top - margin),
+        min(whole.right, region.right + margin),
+        min(whole.bottom, region.bottom + margin),
+    )
+
+
+def _shrunk(scene: InsertionScene, factor: float) -> InsertionScene:
+    """The scene in a smaller picture."""
+    camera = scene.camera
+    width, height = max(1, round(camera.width / factor)), max(1, round(camera.height / factor))
+    return replace(scene, camera=replace(camera, width=width, height=height))
+
+
+def _each(samples: int, region: Region) -> int:
+    """Samples for each pixel in each run."""
+    affordable = int(BUDGET / (region.width * region.height))
+    return max(4, min(samples, affordable) // RUNS)
+
+
+def _enlarged(
+    field: Float[np.ndarray, "low_rows low_columns 3"],
+    low: Region,
+    region: Region,
+    scale: Float[np.ndarray, "2"],
+) -> Float[np.ndarray, "rows columns 3"]:
+    """A field of a smaller picture, read between its pixels at those of the region."""
+    for axis, (first, last, start, count) in enumerate(
+        ((region.top, region.bottom, low.top, low.height), (region.left, region.right, low.left, low.width))
+    ):
+        position = (np.arange(first, last) + 0.5) / scale[1 - axis] - 0.5 - start
+        position = position.clip(0, count - 1)
+        index = np.minimum(position.astype(int), max(count - 2, 0))
+        part = (position - index).reshape(-1, *([1] * (2 - axis)))
+        above = np.take(field, np.minimum(index + 1, count - 1), axis)
+        field = np.take(field, index, axis) * (1 - part) + above * part
+    return field
