@@ -13,6 +13,7 @@ from typing import NoReturn
 from mixlight import __version__
 from mixlight.app import (
     doctor_command,
+    edit_command,
     estimate_command,
     export_command,
     fit_command,
@@ -25,6 +26,7 @@ from mixlight.app.report import UsageError, complain
 VERBS = {
     "estimate": estimate_command,
     "fit": fit_command,
+    "edit": edit_command,
     "render": render_command,
     "insert": insert_command,
     "export": export_command,
