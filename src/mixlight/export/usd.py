@@ -21,17 +21,20 @@ from mixlight.export.rig import Rig
 from mixlight.light import entries
 from mixlight.light.lights import Light
 
-__all__ = ["FILE_NAME", "read", "to_usda", "write"]
+__all__ = ["BLENDER_FILE_NAME", "FILE_NAME", "read", "to_blender_usda", "to_usda", "write"]
 
 FILE_NAME = "lighting.usda"
 """The layer in the written folder."""
+
+BLENDER_FILE_NAME = "lighting_for_blender_import.usda"
+"""The same light for Blender's USD import, which departs from UsdLux."""
 
 FORMAT = "mixlight/usd"
 VERSION = 1
 
 
 def write(rig: Rig, folder: Path) -> list[Path]:
-    """Write `README.txt`, `lighting.usda` and `environment.exr`.
+    """Write `README.txt`, `lighting.usda`, `lighting_for_blender_import.usda` and `environment.exr`.
 
     Args:
         rig: the light.
@@ -48,16 +51,19 @@ def write(rig: Rig, folder: Path) -> list[Path]:
     """
     layer = folder / FILE_NAME
     layer.write_text(to_usda(rig), encoding="utf-8")
+    blender = folder / BLENDER_FILE_NAME
+    blender.write_text(to_blender_usda(rig), encoding="utf-8")
     panorama = folder / "environment.exr"
     write_exr(panorama, rig, "usd")
     readme = write_readme(
         folder,
         rig,
-        f"Reference or sublayer {FILE_NAME} into your stage, or open it; environment.exr stays beside it.",
+        f"Reference or sublayer {FILE_NAME} into your stage, with environment.exr beside it. Blender alone: "
+        f"import {BLENDER_FILE_NAME}.",
         "Checked with usd-core 26.11 (schema and values) and through the USD import of Blender 4.5.15 and "
         "5.0.1 (pixels); other renderers of USD were not run.",
     )
-    return [readme, layer, panorama]
+    return [readme, layer, blender, panorama]
 
 
 def to_usda(rig: Rig) -> str:
@@ -124,15 +130,56 @@ def to_usda(rig: Rig) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _distant_light(light: Mapping[str, Any], taken: set[str]) -> list[str]:
-    prim = _usda.identifier(light["name"])
+def to_blender_usda(rig: Rig) -> str:
+    """A layer over `lighting.usda` with the numbers that make Blender's USD import show the same light.
+
+    Blender (measured in 4.5.15 and 5.0.1, and the inverse of its own export) makes of a DistantLight a Sun of
+    four times the intensity and twice the angle.
+
+    >>> from mixlight.export.rig import make_rig
+    >>> from mixlight.light import Lighting
+    >>> rig = make_rig(Lighting(torch.zeros(9, 3), 2 * torch.eye(128)[:, :1].expand(-1, 3)), height=16)
+    >>> print(to_blender_usda(rig).splitlines()[-4].strip())
+    float inputs:intensity = 0.5
+    """
+    lines = [
+        "#usda 1.0",
+        "(",
+        '    doc = "For the USD import of Blender alone: a quarter of the intensities, half of the angles."',
+        f"    defaultPrim = {_usda.quoted(_usda.identifier(rig.name))}",
+        "    metersPerUnit = 1",
+        f"    subLayers = [@./{FILE_NAME}@]",
+        '    upAxis = "Y"',
+        ")",
+        "",
+        f'over "{_usda.identifier(rig.name)}"',
+        "{",
+    ]
+    taken = {"environment"}
+    for light in rig.document("usd")["lights"]:
+        lines += [
+            f'    over "{_prim_name(light["name"], taken)}"',
+            "    {",
+            f"        float inputs:angle = {light['angular_diameter_deg'] / 2!r}",
+            f"        float inputs:intensity = {max(light['irradiance']) / 4!r}",
+            "    }",
+        ]
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _prim_name(name: str, taken: set[str]) -> str:
+    prim = _usda.identifier(name)
     while prim in taken:  # names may differ in signs alone that USD does not allow
         prim += "_"
     taken.add(prim)
+    return prim
+
+
+def _distant_light(light: Mapping[str, Any], taken: set[str]) -> list[str]:
     intensity = max(light["irradiance"])
     colour = [value / intensity if intensity else 1.0 for value in light["irradiance"]]
     lines = [
-        f'    def DistantLight "{prim}" (',
+        f'    def DistantLight "{_prim_name(light["name"], taken)}" (',
         f"        displayName = {_usda.quoted(light['name'])}",
         "    )",
         "    {",
