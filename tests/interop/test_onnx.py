@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from mixlight.app.photos import field_of_view, linear_tensor
 from mixlight.export.onnx import OUTPUTS, to_onnx, write
@@ -17,10 +17,9 @@ from mixlight.export.onnx_precision import PRECISIONS, store
 from mixlight.image.color import linear_to_srgb
 from mixlight.image.ldr import read_photo
 from mixlight.network import srgb
-from mixlight.network.backbones import Backbone
 from mixlight.network.estimator import Estimator, kept_energy
-from mixlight.network.model import MixLightNet, ModelSettings
 from mixlight.network.sparsemax import MODES
+from tests.export.small_network import small_estimator
 from tests.interop.images import hold
 from tests.interop.web import FOLDER as WEB
 from tests.interop.web import Web
@@ -30,7 +29,7 @@ pytestmark = [pytest.mark.interop, pytest.mark.slow]
 PARITY = 1e-4
 """Largest difference from PyTorch, relative to the largest value of that output for that photo."""
 
-STORED = {"float16": 0.01, "int8": 0.4}
+STORED = {"float16": 0.01, "int8": 0.1}
 """The same for narrowed weights; what this means for pictures is in experiments/results/onnx.json."""
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "src/mixlight/assets/examples").glob("*.jpg"))
@@ -139,7 +138,7 @@ def test_narrowed_weights_run_everywhere_and_change_little(
     store(proto, precision)
     model = tmp_path / "narrow.onnx"
     model.write_bytes(proto.SerializeToString())
-    assert model.stat().st_size < {"float16": 0.52, "int8": 0.28}[precision] * (
+    assert model.stat().st_size < {"float16": 0.52, "int8": 0.29}[precision] * (
         (exported / "mixlight.onnx").stat().st_size
     )
     photos = batches(estimator)["photos and noise"][:2]
@@ -148,29 +147,9 @@ def test_narrowed_weights_run_everywhere_and_change_little(
     assert difference(by_node(model, photos, tmp_path), native) <= PARITY
 
 
-class _Small(Backbone):
-    """A backbone that exports quickly; the heads and the sparse layer behind it are the real ones."""
-
-    channels = 6
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.conv = nn.Conv2d(3, 6, 8, stride=8)
-
-    def forward(self, picture: Tensor) -> Tensor:
-        return self.conv(picture).relu()
-
-
-@pytest.mark.parametrize("gain", [1.0, 6.0])
 @pytest.mark.parametrize("mode", MODES)
-def test_every_sparse_layer_is_exported(mode: Any, gain: float) -> None:
-    settings = ModelSettings(height=24, width=32, sparse_mode=mode, sparse_gain=gain, hidden=16)
-    torch.manual_seed(3)
-    model = MixLightNet(settings)
-    model.backbone = _Small()
-    model.heads = type(model.heads)(6, (3, 4), sparse_mode=mode, sparse_gain=gain, hidden=16)
-    nn.init.normal_(model.heads.outputs.weight, std=2.0)
-    estimator = Estimator(model, {"name": mode})
+def test_every_sparse_layer_is_exported(mode: Any) -> None:
+    estimator = small_estimator(mode, gain=3.0)
     proto = to_onnx(estimator).SerializeToString()
     for count in (1, 2, 7):
         photos = torch.rand(count, 3, 24, 32, generator=torch.Generator().manual_seed(count))

@@ -23,6 +23,9 @@ HELP = "a light for Blender, three.js, glTF, USD, game engines, phones"
 
 DEFAULT_OUT = "mixlight-export"
 
+PRECISIONS = ("float32", "float16", "int8")
+"""Those of `mixlight.export.onnx_precision`, which is not imported for a list: it needs NumPy."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line of `mixlight export`."""
@@ -41,6 +44,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", default="default", metavar="NAME_OR_PATH",
         help="for onnx: a shipped model, or a .safetensors file (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--precision", choices=PRECISIONS, default=PRECISIONS[0],
+        help="for onnx: how weights are stored; the smaller files compute the same way, and what they cost in "
+        "accuracy is in docs/consumers/onnx.md (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", dest="as_json", help="print one line of JSON")
 
@@ -75,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
                 print(f"{shown} -> {out / target.name}{os.sep}  ({about})", flush=True)
 
         failed = {} if rig is None else write_targets(of_light, rig, out, done=done)
-        failed |= write_targets(of_model, arguments.model, out, done=done)
+        failed |= write_targets(of_model, arguments.model, out, done=done, precision=arguments.precision)
     if arguments.as_json:
         line: dict[str, Any] = {"input": source, "ok": not failed, "out": str(arguments.out)}
         line |= {"targets": written, "failed": failed}

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mixlight.app.report import UsageError, complain, describe
 from mixlight.export.registry import TARGETS, Target, select, write_target
@@ -44,7 +44,12 @@ def chosen_targets(arguments: argparse.Namespace) -> list[Target]:
 
 
 def write_targets(
-    targets: Sequence[Target], source: "Rig | str | Path", out: Path, *, done: Callable[[Target], None]
+    targets: Sequence[Target],
+    source: "Rig | str | Path",
+    out: Path,
+    *,
+    done: Callable[[Target], None],
+    **options: Any,
 ) -> dict[str, str]:
     """Write each target into its folder below `out`; one that fails stops no other and leaves nothing behind.
 
@@ -53,6 +58,7 @@ def write_targets(
         source: the rig, or the model's name for targets of the model.
         out: an existing folder.
         done: called after each target that went well.
+        options: what only these targets' `write` takes (`precision` of onnx).
 
     Returns:
         For each target that failed, its name and one line on why; the same line goes to stderr.
@@ -60,7 +66,7 @@ def write_targets(
     failed = {}
     for target in targets:
         try:
-            write_target(target, source, out)
+            write_target(target, source, out, **options)
         except (ValueError, OSError, MemoryError, ImportError) as error:
             failed[target.name] = describe(error, target.name)
             complain(failed[target.name])

@@ -36,9 +36,9 @@ class Target:
     """What is exported."""
 
     @property
-    def write(self) -> Callable[[Any, Path], list[Path]]:
+    def write(self) -> Callable[..., list[Path]]:
         """The target's `write`; imports its module."""
-        function: Callable[[Any, Path], list[Path]] = self._module().write
+        function: Callable[..., list[Path]] = self._module().write
         return function
 
     @property
@@ -94,7 +94,7 @@ def select(names: Iterable[str]) -> list[Target]:
     return list(found.values())
 
 
-def write_target(target: Target, source: "Rig | str | Path", out: Path) -> list[Path]:
+def write_target(target: Target, source: "Rig | str | Path", out: Path, **options: Any) -> list[Path]:
     """Write one target into the folder of its name in `out`, all of its files or none.
 
     Files of ours from an earlier run are replaced; others that lie in the folder stay.
@@ -103,6 +103,7 @@ def write_target(target: Target, source: "Rig | str | Path", out: Path) -> list[
         target: which.
         source: the rig, or for a target of the model the model's name or path.
         out: an existing folder.
+        options: what only this target's `write` takes (`precision` of onnx).
 
     Returns:
         The files, in the target's own order.
@@ -115,4 +116,4 @@ def write_target(target: Target, source: "Rig | str | Path", out: Path) -> list[
 
     folder = out / target.name
     with atomic_folder(folder) as fresh:
-        return [folder / path.relative_to(fresh) for path in target.write(source, fresh)]
+        return [folder / path.relative_to(fresh) for path in target.write(source, fresh, **options)]
