@@ -47,8 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--precision", choices=PRECISIONS, default=PRECISIONS[0],
-        help="for onnx: how weights are stored; the smaller files compute the same way, and what they cost in "
-        "accuracy is in docs/consumers/onnx.md (default: %(default)s)",
+        help="for onnx: how the file stores weights; what the smaller ones cost in accuracy is in "
+        "docs/consumers/onnx.md (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", dest="as_json", help="print one line of JSON")
 

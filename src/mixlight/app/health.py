@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -71,7 +71,9 @@ def parse(line: str) -> Requirement:
     >>> parse('onnx>=1.18; extra == "onnx"')
     Requirement(name='onnx', specifier='>=1.18', wants=(), extra='onnx')
     """
-    match = re.fullmatch(r"\s*([\w.-]+)\s*(?:\[([\w\s,.-]*)\])?\s*([^;]*?)\s*(?:;\s*(.*))?", line)
+    match = re.fullmatch(
+        r"\s*([\w.-]+)\s*(?:\[([\w\s,.-]*)\])?\s*((?:[<>=!~(][^;]*?)?)\s*(?:;\s*(.*))?", line
+    )
     if match is None:
         raise ValueError(f"expected a requirement, received {line!r}")
     name, wants, specifier, marker = match.groups()
@@ -244,9 +246,9 @@ def _version(name: str) -> str | None:
         return None
 
 
-def _import_problem(module: str, load: Callable[[str], object] = importlib.import_module) -> str | None:
+def _import_problem(module: str) -> str | None:
     try:
-        load(module)
+        importlib.import_module(module)
     except Exception as error:  # a broken package may raise anything: that is what is looked for
         return _first_line(f"{type(error).__name__}: {error}")
     return None
