@@ -2,8 +2,8 @@
 
     python experiments/tables.py
 
-Fills each block between `<!-- table NAME -->` and `<!-- /table -->` of README.md and docs/*.md from the JSON
-files of experiments/results. A block whose file is not there yet is left empty.
+Fills each block between `<!-- table NAME -->` and `<!-- /table -->` of README.md and of the pages below docs
+from the JSON files of experiments/results. A block whose file is not there yet is left empty.
 `tests/test_docs.py` fails when a block is not what this would write.
 """
 
@@ -31,7 +31,7 @@ def filled(text: str) -> str:
 
 def main() -> None:
     """Rewrite the blocks of all pages."""
-    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
         text = page.read_text(encoding="utf-8")
         if BLOCK.search(text):
             page.write_text(filled(text), encoding="utf-8")
@@ -293,6 +293,60 @@ def trials() -> str:
     return _table(("run", "step", *names), rows)
 
 
+def onnx() -> str:
+    """Size, speed and accuracy of the ONNX file's variants."""
+    found = _onnx()
+    if not found:
+        return ""
+    rows = []
+    for name, entry in found["variants"].items():
+        error = entry["largest_output_error"]
+        rows.append(
+            [
+                f"**`--precision {name}`**" if entry["offered"] else name,
+                f"{entry['bytes'] / 1e6:.1f} MB",
+                f"{entry['ms']['least']:.1f} ms",
+                f"{entry['ms']['ratio']:.2f}",
+                f"{entry['web_ms']['least']:.0f} ms" if "least" in entry.get("web_ms", {}) else "–",
+                f"{error['ambient']:.1g}",
+                f"{error['anchor_energy']:.1g}",
+                "0 %" if abs(entry["cost"]) < 5e-5 else f"{100 * entry['cost']:+.2f} %",
+            ]
+        )
+    return _table(
+        (
+            "variant",
+            "file",
+            "onnxruntime",
+            "of float32",
+            "onnxruntime-web",
+            "ambient",
+            "sources",
+            "cost",
+        ),
+        rows,
+    )
+
+
+def onnx_basis() -> str:
+    """What the ONNX variants were measured on."""
+    found = _onnx()
+    if not found:
+        return ""
+    made, model = found["versions"], found["model"]
+    return (
+        f"Model `{model['name']}` ({model['commit']}), {found['views']} views of {found['scenes']} scenes of "
+        f"the split `val`; commit `{found['commit']}`, onnxruntime {made['onnxruntime']}, "
+        f"torch {made['torch']}.\n"
+    )
+
+
+def _onnx() -> Json:
+    path = RESULTS / "onnx.json"
+    found: Json = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return found
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
     "basis": basis,
@@ -304,6 +358,8 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "sparse": sparse,
     "transport": transport,
     "trials": trials,
+    "onnx": onnx,
+    "onnx-basis": onnx_basis,
 }
 
 

@@ -15,7 +15,7 @@ from mixlight.app import cli
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "src/mixlight/assets/examples/lythwood_room.jpg"
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
 FOLDERS = {path.name for path in (ROOT / "src/mixlight").iterdir() if (path / "__init__.py").is_file()}
 
 page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)

@@ -1,6 +1,8 @@
 """The exported network in onnxruntime and in onnxruntime-web: the same light as from PyTorch."""
 
 import json
+import math
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -16,6 +18,7 @@ from mixlight.export.onnx import OUTPUTS, to_onnx, write
 from mixlight.export.onnx_precision import PRECISIONS, store
 from mixlight.image.color import linear_to_srgb
 from mixlight.image.ldr import read_photo
+from mixlight.light.lighting import Lighting
 from mixlight.network import srgb
 from mixlight.network.estimator import Estimator, kept_energy
 from mixlight.network.sparsemax import MODES
@@ -218,6 +221,77 @@ def test_a_browser_makes_a_photos_map_by_itself(
     assert found["model"]["height"] == estimator.model.settings.height
     if example == EXAMPLES[0]:
         hold("onnx", _picture(found["photo"], found["map"]), tolerance=3.0)
+
+
+DOCS = Path(__file__).parents[2] / "docs/consumers/onnx.md"
+
+
+def docs_code(language: str) -> list[str]:
+    return re.findall(
+        rf"^```{language}\n(.*?)^```$", DOCS.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+
+
+def test_the_docs_python_runs(
+    estimator: Estimator, exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(exported, tmp_path / "light/onnx")
+    monkeypatch.chdir(tmp_path)
+    (block,) = docs_code("python")
+    names: dict[str, Any] = {}
+    exec(compile(block, DOCS.name, "exec"), names)
+    expected = by_torch(
+        estimator, torch.full((1, 3, *estimator.view(torch.ones(9, 12, 3), 1.0).shape[:2]), 0.5)
+    )
+    assert np.abs(names["energy"] - expected["anchor_energy"].numpy()).max() < 1e-4 * names["energy"].max()
+    light = Lighting(torch.tensor(names["ambient"][0]), torch.tensor(names["energy"][0]))
+    assert np.abs(names["direction"] - light.axes.numpy()).max() < 1e-6
+
+
+def test_the_docs_javascript_runs(estimator: Estimator, exported: Path, tmp_path: Path, web: Web) -> None:
+    """Both blocks of the page in turn, with the URLs of the files put in; three.js adds up the light."""
+    from PIL import Image
+
+    folder = tmp_path / "files"
+    shutil.copytree(exported, folder)
+    with Image.open(EXAMPLES[0]) as image:
+        image.convert("RGB").save(folder / "photo.png")
+    first, second = docs_code("js")
+    head = [line for line in (first + second).splitlines() if re.match(r"import \* as", line)]
+    body = [line for line in (first + second).splitlines() if line not in head]
+    text = "\n".join(body)
+    text = re.sub(
+        r'import (\{.*\}) from "\./mixlight\.mjs";', r'const \1 = await import(files + "mixlight.mjs");', text
+    )
+    text = text.replace('create("mixlight.onnx")', 'create(files + "mixlight.onnx")')
+    script = "\n".join(
+        [
+            *head,
+            "export default async ({ files }) => {",
+            "ort.env.wasm.numThreads = 1;",
+            "const image = await createImageBitmap(await (await fetch(files + 'photo.png')).blob());",
+            "const scene = new THREE.Scene();",
+            text,
+            "const up = new THREE.Vector3(0, 1, 0);",
+            "const [probe, ...suns] = scene.children;",
+            "const total = probe.sh.getIrradianceAt(up, new THREE.Vector3()).toArray();",
+            "for (const { position, color, intensity } of suns) {",
+            "  const cosine = Math.max(0, up.dot(position.normalize())) * intensity;",
+            "  ['r', 'g', 'b'].forEach((c, k) => { total[k] += cosine * color[c]; });",
+            "}",
+            "return { total, suns: suns.length };",
+            "};",
+        ]
+    )
+    found = web.run(script, files=folder)
+    photo = read_photo(EXAMPLES[0])
+    light = estimator.estimate(
+        linear_tensor(photo), math.radians(60)
+    ).lighting  # the field of view it assumes
+    assert found["suns"] == int((light.energy > 0).any(-1).sum())
+    # A sun is a point here and a lobe of 8 degrees there.
+    expected = light.irradiance(torch.tensor([0.0, 1.0, 0.0]))
+    assert found["total"] == pytest.approx(expected.tolist(), rel=0.01)
 
 
 def _picture(photo: np.ndarray, environment: np.ndarray) -> np.ndarray:
