@@ -39,7 +39,8 @@ from torch import Tensor
 
 from mixlight.data.evaluation_set import EvaluationSample, collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
-from mixlight.export.onnx import OUTPUTS, PRECISIONS, to_onnx
+from mixlight.export.onnx import OUTPUTS, to_onnx
+from mixlight.export.onnx_precision import PRECISIONS, store
 from mixlight.image.atomic import atomic_path
 from mixlight.light.lighting import Lighting
 from mixlight.network.estimator import Estimator, to_lighting
@@ -140,14 +141,13 @@ def views(
 
 def variants(estimator: Estimator, calibration: np.ndarray, folder: Path) -> Iterator[tuple[str, Path]]:
     """Name and file of each variant."""
-    whole: ModelProto | None = None
+    whole = to_onnx(estimator).SerializeToString()
     for precision in PRECISIONS:
-        proto = to_onnx(estimator, precision)
-        whole = whole or proto
+        proto = ModelProto.FromString(whole)
+        store(proto, precision)  # type: ignore[arg-type]
         yield precision, save(proto, folder / f"{precision}.onnx")
-    assert whole is not None
     plain = str(folder / "float32.onnx")
-    half = convert_float_to_float16(ModelProto.FromString(whole.SerializeToString()), keep_io_types=True)
+    half = convert_float_to_float16(ModelProto.FromString(whole), keep_io_types=True)
     yield "float16 arithmetic", save(half, folder / "half.onnx")
 
     dynamic = folder / "dynamic.onnx"
