@@ -18,7 +18,7 @@ EXAMPLE = ROOT / "src/mixlight/assets/examples/lythwood_room.jpg"
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
 FOLDERS = {path.name for path in (ROOT / "src/mixlight").iterdir() if (path / "__init__.py").is_file()}
 
-page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+page = pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 
 
 def prose(path: Path) -> str:
@@ -101,7 +101,7 @@ def test_the_names_that_a_page_uses_exist(page: Path) -> None:
         match = re.match(r"(mixlight\.)?([a-zA-Z_]\w*(\.[a-zA-Z_]\w*)*)(?=$|\()", reference)
         if not match or not (match[1] or match[2].partition(".")[0] in FOLDERS) or "/" in reference:
             continue
-        if match[2].endswith((".py", ".toml", ".json", ".csv")):
+        if match[2].endswith((".py", ".toml", ".json", ".csv", ".js")):
             continue
         try:
             resolve(f"mixlight.{match[2]}")
