@@ -64,6 +64,10 @@ class Detail:
     """1 inside the photo, falling to 0 at its edge, 0 where it does not look."""
     clipped: Float[Tensor, "height width"]
     """`weight` times the share of clipped pixels (a channel at white)."""
+    gather: float = GATHER
+    """How far lobes reach for clipped pixels."""
+    gather_area: float = GATHER_AREA
+    """Clipped solid angle that draws half of a lobe; infinite: lobes keep their light."""
 
     @classmethod
     def of_photo(
@@ -170,13 +174,13 @@ class Detail:
         for index in lit:
             axis, energy = lighting.axes[index], lighting.energy[index]
             lobe = self._lobe(axis, lighting.sharpness, directions, solid_angle)
-            drawn = self.clipped.view(-1)[bright] * _falloff(directions[bright], axis, GATHER)
+            drawn = self.clipped.view(-1)[bright] * _falloff(directions[bright], axis, self.gather)
             drawn = drawn * solid_angle.view(-1)[bright]
             area = float(drawn.sum())
             if area <= 0:
                 total += lobe[..., None] * energy
                 continue
-            share = area / (area + GATHER_AREA)
+            share = area / (area + self.gather_area)
             total += lobe[..., None] * (energy * (1 - share))
             radiance = drawn / solid_angle.view(-1)[bright] * (share / area)
             total.view(-1, 3)[bright] += radiance[:, None] * energy
