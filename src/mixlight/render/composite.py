@@ -24,8 +24,11 @@ __all__ = ["Layers", "composite", "make_layers", "relative_change"]
 UNTOUCHED = 3e-3
 """A relative change of the light on the ground below this is none."""
 
-FADE = (0.75, 0.95)
-"""Between these shares of the ground patch's half side the shadow fades out."""
+FADE = (0.6, 0.95)
+"""Between these shares of the ground patch's half side the shadow fades out, and over this many pixels:"""
+
+FADE_PIXELS = 12
+"""near the horizon the ground is so foreshortened that the patch would end in a line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +111,11 @@ def relative_change(
         np.where(lit[..., None], (renders.scene - renders.ground) / np.maximum(ground, 1e-6), 0.0)
     )
     change = denoise(noisy, variance, lit & free)
-    change *= np.clip((FADE[1] - reach) / (FADE[1] - FADE[0]), 0, 1)[..., None]
+    near = np.minimum(reach, 9.0)
+    slopes = [np.abs(np.gradient(near, axis=axis)) for axis in (0, 1) if near.shape[axis] > 1]
+    slope = np.max([np.zeros_like(near), *slopes], axis=0)
+    width = np.maximum(FADE[1] - FADE[0], FADE_PIXELS * slope)
+    change *= np.clip((FADE[1] - reach) / width, 0, 1)[..., None]
     # The last thousandths are let go smoothly, so that the region has no edge.
     size = np.abs(change).max(-1, keepdims=True)
     change = np.maximum(change, -1.0) * np.clip((size - UNTOUCHED) / UNTOUCHED, 0, 1)

@@ -1,6 +1,7 @@
 """Blender's Cycles as the renderer of insertions: the same scene as in Mitsuba, in a program of its own.
 
-Blender runs in a separate process (`mixlight.render.blender`); the scene is handed over in a temporary folder.
+Blender runs in a separate process (`mixlight.render.blender`); the scene is handed over in
+a temporary folder.
 """
 
 import json
@@ -35,9 +36,7 @@ def check() -> None:
     blender.find_blender()
 
 
-def render(
-    scene: InsertionScene, region: Region, *, samples: int, runs: int = 1, seed: int = 0
-) -> Renders:
+def render(scene: InsertionScene, region: Region, *, samples: int, runs: int = 1, seed: int = 0) -> Renders:
     """Render a region of the photo in Cycles; arguments and result as for `mixlight.render.mitsuba.render`.
 
     Raises:

@@ -70,7 +70,8 @@ def camera(scene, job):
     scene.collection.objects.link(made)
     scene.camera = made
     picture, region = scene.render, job["region"]
-    picture.resolution_x, picture.resolution_y, picture.resolution_percentage = job["width"], job["height"], 100
+    picture.resolution_x, picture.resolution_y = job["width"], job["height"]
+    picture.resolution_percentage = 100
     picture.use_border = picture.use_crop_to_border = True
     picture.border_min_x = region[0] / job["width"]
     picture.border_max_x = region[2] / job["width"]

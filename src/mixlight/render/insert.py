@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -29,6 +29,7 @@ RUNS = 8
 """Independent renderings, from which the noise is told."""
 
 
+@runtime_checkable
 class Renderer(Protocol):
     """What `mixlight.render.mitsuba.render` and its like are."""
 

@@ -159,7 +159,7 @@ def make_scene(
     camera: SceneCamera,
     model: Model,
     placement: Placement,
-    environment: Float[Tensor, "height width 3"],
+    environment: Float[Tensor, "rows columns 3"],
 ) -> InsertionScene:
     """Put object, ground and light together.
 

@@ -118,8 +118,7 @@ def load_model(name_or_path: str | os.PathLike[str]) -> Model:
 
 def _placed_meshes(gltf: Gltf) -> Iterator[tuple[Float[np.ndarray, "4 4"], object]]:
     """Each mesh of the scene with its matrix."""
-    scenes = gltf.document.get("scenes")
-    if scenes:
+    if "scenes" in gltf.document:
         roots = gltf.entry("scenes", gltf.document.get("scene", 0)).get("nodes", [])
     else:  # a library of nodes: all that nobody is the parent of
         nodes = gltf.document.get("nodes", [])

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from jaxtyping import Float
 
 from mixlight.sphere.frames import rotation
@@ -68,7 +69,7 @@ class SceneCamera:
     @property
     def axes(self) -> Float[np.ndarray, "3 3"]:
         """Camera to world: columns are the camera's right, its up, and the opposite of its forward."""
-        return np.asarray(rotation(0.0, self.pitch, self.roll).double().numpy())
+        return np.asarray(rotation(0.0, self.pitch, self.roll, dtype=torch.float64).numpy())
 
     def directions(self, points: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 3"]:
         """Unit directions in the world through points of the picture.
