@@ -62,6 +62,16 @@ def generator() -> "object":
     return torch.Generator().manual_seed(2024)
 
 
+@pytest.fixture
+def unchecked() -> Iterator[None]:
+    """Shape checks switched off, as users have them: then our own errors must catch the nonsense."""
+    import jaxtyping
+
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     """In CI a rise of the skip count fails the run; with `--interop` any skip does, as all must be there."""

@@ -1,4 +1,4 @@
-"""Files appear whole or not at all."""
+"""Files and folders appear whole or not at all."""
 
 import os
 import stat
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mixlight.image.atomic import atomic_path
+from mixlight.image.atomic import atomic_folder, atomic_path
 
 
 def names(folder: Path) -> list[str]:
@@ -87,3 +87,46 @@ def test_folders_that_cannot_take_the_file_are_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(NotADirectoryError, match=r"file/a\.txt"), atomic_path(tmp_path / "file" / "a.txt"):
         pass
+
+
+def tree(folder: Path) -> dict[str, str]:
+    return {str(p.relative_to(folder)): p.read_text() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_a_folder_takes_the_older_ones_place_and_what_has_no_successor_stays(tmp_path: Path) -> None:
+    old = tmp_path / "a"
+    for name in ("ours.txt", "same.txt", "deep/same.txt", "deep/mine.txt", "other/mine.txt"):
+        (old / name).parent.mkdir(parents=True, exist_ok=True)
+        (old / name).write_text("old")
+    (old / "file").mkdir()
+    (old / "file" / "x").write_text("old")
+    with atomic_folder(old, ["ours.txt"]) as fresh:
+        (fresh / "deep").mkdir()
+        for name in ("same.txt", "deep/same.txt", "file"):
+            (fresh / name).write_text("new")
+        assert tree(old)["same.txt"] == "old"
+    assert tree(old) == {
+        "deep/mine.txt": "old", "deep/same.txt": "new", "file": "new", "other/mine.txt": "old",
+        "same.txt": "new",
+    }  # fmt: skip
+    assert names(tmp_path) == ["a"]
+
+
+def test_a_link_to_a_folder_is_carried_over_as_a_link(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "x").write_text("mine")
+    (tmp_path / "a" / "link").symlink_to(tmp_path / "far")
+    with atomic_folder(tmp_path / "a"):
+        pass
+    assert (tmp_path / "a" / "link").is_symlink()
+    assert (tmp_path / "far" / "x").read_text() == "mine"
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    for bad in (tmp_path / "file", tmp_path / "none" / "a"):
+        with pytest.raises(OSError) as caught, atomic_folder(bad):
+            raise AssertionError
+        assert caught.value.filename == str(bad)
+    assert names(tmp_path) == ["file"]

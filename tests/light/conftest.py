@@ -1,19 +1,8 @@
 """What the tests of light/ share."""
 
-from collections.abc import Iterator
-
-import jaxtyping
 import pytest
 import torch
 from torch import Tensor
-
-
-@pytest.fixture
-def unchecked() -> Iterator[None]:
-    """Shape checks switched off, as users have them: then our own errors must catch the nonsense."""
-    jaxtyping.config.update("jaxtyping_disable", True)
-    yield
-    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.fixture
