@@ -1,10 +1,10 @@
-"""Runs inside Blender: loads lights as their users would and renders what shows them. Small and single-threaded.
+"""Runs inside Blender: loads lights as their users would and renders what shows them, with one thread.
 
     python blender_stage.py -- JOBS.json
 
-JOBS.json is a list of {"load": ["script" | "usd" | "none", PATH], "turn": radians, "shots": [{"file", "kind",
-...}]}; every job begins with Blender's own first scene, emptied. Shots are written as 32-bit OpenEXR, or as PNG through a view
-transform.
+JOBS.json is a list of {"load": ["script" | "usd", PATH], "turn": radians, "shots": [{"file", "kind", ...}],
+"lights": FILE}; every job begins with Blender's own first scene, emptied. Shots are 32-bit OpenEXR, or PNG
+through a view transform.
 """
 
 import json
