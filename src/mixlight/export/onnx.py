@@ -80,7 +80,8 @@ def to_onnx(estimator: Estimator, precision: Precision = "float32") -> ModelProt
         precision: how weights are stored, one of `PRECISIONS`.
 
     Convention: +X right, +Y up, -Z forward, where -Z is the photo's azimuth; radiance 1.0 is the photo's
-        linear white. A uniformly gray photo of linear value c has about c sqrt(4 pi) for `ambient[0, 0]`.
+        linear white. Light in `anchor_energy[b, 0]` comes from (0, .992, -.125), nearly overhead: anchors go
+        from the zenith to the nadir (`mixlight.sphere.points.vogel`).
 
     Raises:
         ImportError: the packages of the extra `onnx` are missing.
