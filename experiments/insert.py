@@ -79,10 +79,12 @@ def main() -> None:
         scenes[scene] = compare(scene, panorama, estimator, arguments.samples, arguments.images)
         print(scene, json.dumps(scenes[scene]), flush=True)
     result = {
-        "what": "an object lit by the estimate against the same lit by the true panorama; linear, photo's exposure",
+        "what": "an object lit by the estimate against the same lit by the true panorama; linear, in the "
+        "photo's exposure",
         "machine": f"{platform.machine()}, torch {torch.__version__}, Mitsuba {mitsuba.VARIANT}",
         "commit": subprocess.check_output(["git", "describe", "--always", "--dirty"], text=True).strip(),
-        "model": arguments.model,
+        "model": estimator.card.get("name", arguments.model),
+        "model_commit": estimator.card.get("commit"),
         "samples": arguments.samples,
         "seed": 0,
         "scenes": scenes,

@@ -347,6 +347,54 @@ def _onnx() -> Json:
     return found
 
 
+def insertion() -> str:
+    """Objects in photos, under the estimate against under the true panorama."""
+    found = _insertion()
+    if not found:
+        return ""
+    rows = [
+        [
+            f"`{scene}`",
+            row["object"],
+            *(_number(row[f"object_{name}"]) for name in ("rmse", "si_rmse", "rms_of_truth")),
+            _number(row["object_mean_over_true_mean"]),
+            _number(row["shadow_rmse"]),
+            _number(row["shadow_sum_over_true_sum"]),
+        ]
+        for scene, row in found["scenes"].items()
+    ]
+    return _table(
+        (
+            "photo",
+            "object",
+            "object RMSE",
+            "si-RMSE",
+            "rms of the true one",
+            "brightness over true",
+            "shadow RMSE",
+            "depth over true",
+        ),
+        rows,
+    )
+
+
+def insertion_basis() -> str:
+    """What the insertions were measured on."""
+    found = _insertion()
+    if not found:
+        return ""
+    return (
+        f"Model `{found['model']}` ({found['model_commit']}), {found['samples']} samples, seed "
+        f"{found['seed']}; commit `{found['commit']}`.\n"
+    )
+
+
+def _insertion() -> Json:
+    path = RESULTS / "insert.json"
+    found: Json = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return found
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
     "basis": basis,
@@ -360,6 +408,8 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "trials": trials,
     "onnx": onnx,
     "onnx-basis": onnx_basis,
+    "insertion": insertion,
+    "insertion-basis": insertion_basis,
 }
 
 

@@ -132,6 +132,5 @@ def _blur(field: Float[np.ndarray, "rows columns"], radius: int) -> Float[np.nda
     side = 2 * radius + 1
     padded = np.pad(field, radius)
     summed = np.pad(padded.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    return (
-        summed[side:, side:] - summed[:-side, side:] - summed[side:, :-side] + summed[:-side, :-side]
-    ).clip(0) / side**2
+    sums = summed[side:, side:] - summed[:-side, side:] - summed[side:, :-side] + summed[:-side, :-side]
+    return np.asarray(np.maximum(sums, 0) / side**2)  # rounding may leave a sum just below 0

@@ -107,7 +107,8 @@ def touched_region(scene: InsertionScene, render: Renderer, *, seed: int = 0) ->
     if high[0] <= 0 or high[1] <= 0 or low[0] >= camera.width or low[1] >= camera.height:
         raise ValueError("expected an object inside the photo, received one that is wholly outside of it")
     outline = Region(
-        *(max(0, math.floor(v) - 1) for v in low),
+        max(0, math.floor(low[0]) - 1),
+        max(0, math.floor(low[1]) - 1),
         min(camera.width, math.ceil(high[0]) + 1),
         min(camera.height, math.ceil(high[1]) + 1),
     )
