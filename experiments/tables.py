@@ -395,6 +395,87 @@ def _insertion() -> Json:
     return found
 
 
+def detail() -> str:
+    """The photo in the map: errors of the spheres with and without it, on test."""
+    found = _detail()
+    test = found["test"]
+    entry = test["with the photo"]["shipped"]
+    rows = []
+    for cell, shown in DETAIL_CELLS.items():
+        ratio = entry["ratio"][cell]
+        rows.append(
+            [
+                shown,
+                f"{test['without'][cell]:.3f}",
+                f"{entry['median'][cell]:.3f}",
+                _ratio(ratio),
+                f"{100 * ratio['views that gain']:.0f} %",
+            ]
+        )
+    head = ("error", "without: median", "with: median", "with / without", "views that gain")
+    about = (
+        f"N = {test['views']} photos of {test['panoramas']} indoor test panoramas; model "
+        f"`{found['provenance']['model']}`, the camera's pose as the model found it; commit "
+        f"`{found['provenance']['commit'][:10]}`.\n"
+    )
+    return "\n".join([about, _table(head, rows)])
+
+
+def detail_variants() -> str:
+    """What was chosen between, on val."""
+    found = _detail()["validation"]
+    cells = ("diffuse_rmse", "matte_rmse", "mirror_rmse", "mirror_si_rmse", "mirror_seen_shown")
+    rows = []
+    for kind, group in found.items():
+        for name, entry in group["with the photo"].items():
+            shown = f"**{name}**" if name == "shipped" else name
+            ratios = [_ratio(entry["ratio"][cell]) for cell in cells]
+            rows.append([f"{group['views']} views of {group['panoramas']} {kind}", shown, *ratios])
+    return _table(("validation", "variant", *(DETAIL_CELLS[cell] for cell in cells)), rows)
+
+
+DETAIL_CELLS = {
+    "diffuse_rmse": "diffuse RMSE",
+    "matte_rmse": "matte RMSE",
+    "mirror_rmse": "mirror RMSE",
+    "mirror_si_rmse": "mirror si-RMSE",
+    "mirror_shown": "mirror as a screen shows it",
+    "mirror_seen_shown": "the same, where it reflects what the photo shows",
+}
+
+
+def turning() -> str:
+    """What a turn by any angle costs, by method."""
+    found: Json = json.loads((RESULTS / "turning.json").read_text(encoding="utf-8"))
+    cells = {
+        "off_deg": ("direction off", lambda value: f"{value:.1f}°"),
+        "spread_deg": ("spread", lambda value: f"{value:.1f}°"),
+        "energy": ("energy off", lambda value: _percent(value) if value > 1e-5 else "< 0.001 %"),
+        "diffuse": ("diffuse sphere", _percent),
+        "matte": ("matte sphere", _percent),
+        "mirror": ("mirror sphere", _percent),
+    }
+    rows = [
+        [name, *(form(entry[cell]["median"]) for cell, (_, form) in cells.items())]
+        for name, entry in found["methods"].items()
+    ]
+    about = (
+        f"Medians over {found['panoramas']} fitted indoor panoramas and "
+        f"{len(found['turns_deg'])} turns each; spheres: RMSE over the sphere's own root mean square.\n"
+    )
+    return "\n".join([about, _table(("lobes", *(shown for shown, _ in cells.values())), rows)])
+
+
+def _detail() -> Json:
+    found: Json = json.loads((RESULTS / "detail.json").read_text(encoding="utf-8"))
+    return found
+
+
+def _ratio(entry: Json) -> str:
+    low, high = entry["interval_95"]
+    return f"{entry['ratio']:.3f} ({low:.3f}–{high:.3f})"
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
     "basis": basis,
@@ -406,6 +487,9 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "sparse": sparse,
     "transport": transport,
     "trials": trials,
+    "detail": detail,
+    "detail-variants": detail_variants,
+    "turning": turning,
     "onnx": onnx,
     "onnx-basis": onnx_basis,
     "insertion": insertion,
