@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from mixlight.network import backbones, srgb
 from mixlight.network.canonical import CanonicalView
+from mixlight.network.glow import Glow
 from mixlight.network.heads import LightHeads, Prediction
 from mixlight.network.sparsemax import MODES, Mode
 
@@ -21,6 +22,9 @@ _DARKEST = 1e-3
 
 _WEAKEST = 0.05
 """Least share of the brightest channel's mean."""
+
+_LATER = ("glow_gain",)
+"""Settings that cards of version 0.1 do not have."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,10 @@ class ModelSettings:
     """Factor on the scores before the sparse layer. Scores learn the expected P, which is spread wherever the
     network is not sure; at 1 the layer leaves such a distribution as it is, above 1 it keeps the
     likeliest."""
+    glow_gain: float = 0.0
+    """Factor on the scores that decides which anchors stay sources in the result: those that the sparse layer
+    keeps at this gain. The light of the others joins the ambient light (`mixlight.network.glow`). 0 leaves
+    the light as it is predicted. Training does not see it."""
 
     def __post_init__(self) -> None:
         if self.backbone not in backbones.names():
@@ -70,6 +78,8 @@ class ModelSettings:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
         if not self.sparse_gain > 0:
             raise ValueError(f"expected a sparse_gain above 0, got {self.sparse_gain}")
+        if not self.glow_gain >= 0:
+            raise ValueError(f"expected a glow_gain of at least 0, got {self.glow_gain}")
         if not 0 < self.fov_deg < 180:
             raise ValueError(f"expected fov_deg in (0, 180), got {self.fov_deg}")
         if not self.sharpness > 0:
@@ -88,7 +98,7 @@ class ModelSettings:
 
     @classmethod
     def from_card(cls, values: Mapping[str, Any]) -> ModelSettings:
-        """The settings that `to_card` wrote.
+        """The settings that `to_card` wrote; what older cards did not know has its default.
 
         Raises:
             ValueError: an unknown or missing name, or a value of another type or outside its range.
@@ -97,6 +107,7 @@ class ModelSettings:
         192
         """
         known = {f.name: type(f.default) for f in fields(cls)}
+        values = {name: getattr(cls, name) for name in _LATER} | dict(values)
         wrong = sorted(known.keys() ^ values.keys())
         if wrong:
             raise ValueError(
@@ -115,8 +126,8 @@ class MixLightNet(nn.Module):
 
     The photo tells light only up to its exposure and white balance, so the network regresses what is left
     when both are divided out, and the result is multiplied back. Exactly: `forward` is `relative` times the
-    photo's mean colour. (Not exactly: the network looks at the photo as it is, so that a photo twice as
-    bright gives about, not precisely, twice the light.)
+    photo's mean colour, with fewer sources if `glow_gain` is set. (Not exactly: the network looks at the
+    photo as it is, so that a photo twice as bright gives about, not precisely, twice the light.)
     """
 
     backbone: backbones.Backbone
@@ -142,6 +153,11 @@ class MixLightNet(nn.Module):
             settings.sparse_mode,
             settings.sparse_gain,
         )
+        self.glow = (
+            Glow(settings.anchors, settings.sharpness, settings.glow_gain, settings.sparse_mode)
+            if settings.glow_gain
+            else None
+        )
 
     def relative(self, photo: Float[Tensor, "batch 3 height width"]) -> tuple[Prediction, Tensor]:
         """Predicts light in units of the photo's mean colour, and returns that colour [batch, 3] beside it.
@@ -157,7 +173,8 @@ class MixLightNet(nn.Module):
         `photo` is the sRGB-encoded canonical view in [0, 1].
         """
         prediction, mean = self.relative(photo)
-        return prediction.scaled(mean)
+        light = prediction.scaled(mean)
+        return light if self.glow is None else self.glow(light)
 
 
 def mean_linear_colour(photo: Float[Tensor, "batch 3 height width"]) -> Float[Tensor, "batch 3"]:
