@@ -20,7 +20,7 @@ import mixlight
 from mixlight.export import blender
 from mixlight.export.maps import read_map
 from mixlight.export.rig import Rig, make_rig
-from mixlight.light import harmonics
+from mixlight.light import edit, harmonics
 from mixlight.light.document import save, to_document
 from mixlight.light.lighting import Lighting
 from mixlight.sphere.points import vogel
@@ -146,6 +146,18 @@ class TestSynthesis:
         expected = make_rig(light, height=16).environment
         torch.testing.assert_close(residual.float(), expected, rtol=1e-5, atol=1e-6)
 
+    def test_edited_lights_are_the_librarys(self) -> None:
+        """Turned anchors, a light that is off, and one too weak to count but for its name."""
+        light = edit.turn(lighting(5).to(torch.float64), 0.7)
+        first, *_, last = edit.light_names(light)
+        light = edit.strengthen(edit.switch(light, first, on=False), last, 1e-7)
+        document = to_document(light)
+        full = torch.from_numpy(synthesis.full_map(document, 16))
+        torch.testing.assert_close(full, light.environment(16), rtol=1e-7, atol=1e-9)
+        residual = torch.from_numpy(synthesis.residual_map(document, 16))
+        expected = make_rig(light, height=16).environment
+        torch.testing.assert_close(residual.float(), expected, rtol=1e-5, atol=1e-6)
+
     def test_harmonics_are_the_librarys(self) -> None:
         directions = vogel(50, dtype=torch.float64)
         found = torch.from_numpy(synthesis.harmonics(directions.numpy(), 6))
@@ -215,7 +227,7 @@ class TestDocuments:
     @pytest.mark.parametrize(
         ("path", "value"),
         [
-            (("version",), 2),
+            (("version",), 3),
             (("frame",), "blender"),
             (("ambient", "degree"), 3),
             (("ambient", "degree"), 2.5),

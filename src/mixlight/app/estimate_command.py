@@ -172,20 +172,15 @@ def _detail_record(detail: "Detail", lighting: "Lighting") -> dict[str, Any]:
 def _rig(lighting: "Lighting", see: "Callable[[int], Detail] | None", arguments: argparse.Namespace) -> "Rig":
     """The light for other programs, the photo in its map where it is in the map."""
     from mixlight.export.rig import make_rig
-    from mixlight.light.lights import merge
 
     height = max(EXPORT_HEIGHT, arguments.height)
     height += height % 2  # so that consumers' quarter turns are exact
-    environment = None
-    if see:
-        taken = [anchor for light in merge(lighting, arguments.lights) for anchor in light.anchors]
-        environment = see(height).environment(lighting.without(taken) if arguments.residual else lighting)
     return make_rig(
         lighting,
         lights=arguments.lights,
         residual=arguments.residual,
         height=height,
-        environment=environment,
+        environment=see(height).environment if see else None,
     )
 
 

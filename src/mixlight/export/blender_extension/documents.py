@@ -94,10 +94,10 @@ def _read(path):
 def _check(document):
     if (
         document["format"] != "mixlight/lighting"
-        or document["version"] != 1
+        or document["version"] not in (1, 2)
         or document["frame"] != "mixlight"
     ):
-        raise ValueError("expected the format mixlight/lighting, version 1, frame mixlight")
+        raise ValueError("expected the format mixlight/lighting, version 1 or 2, frame mixlight")
     ambient, sources = document["ambient"], document["sources"]
     if (ambient["kind"], ambient["basis"], ambient["order"]) != ("radiance", "real-sh", "l*l+l+m"):
         raise ValueError("ambient: expected radiance in real harmonics of the order l*l+l+m")
@@ -106,6 +106,12 @@ def _check(document):
         raise ValueError("ambient: expected a degree from 0 to 6 and (degree + 1)^2 coefficients")
     if sources["anchors"] != "vogel" or not _finite([sources["sharpness"]], above=0):
         raise ValueError("sources: expected vogel anchors and a sharpness above 0")
+    if document["version"] == 2:
+        if not _finite([sources["turn_deg"]]):
+            raise ValueError("sources.turn_deg: expected an angle")
+        for group in sources["groups"]:
+            if not all(anchor in range(sources["count"]) for anchor in group["anchors"]):
+                raise ValueError("sources.groups: expected anchors")
     for rgb in ambient["coefficients"]:
         if len(rgb) != 3 or not _finite(rgb):
             raise ValueError("ambient.coefficients: expected three numbers each")

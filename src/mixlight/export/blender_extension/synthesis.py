@@ -19,7 +19,7 @@ def residual_map(document, height):
     Returns:
         [height, 2 height, 3], the layout of MixLight: row 0 on top, the photo's azimuth in the centre.
     """
-    strong = _strong(document["sources"]["energy"])
+    strong = _strong(document["sources"])
     weak = [row for row, counts in zip(document["sources"]["energy"], strong, strict=True) if not counts]
     return ambient_map(document, height) + lobes_map(document, weak, height)
 
@@ -41,7 +41,7 @@ def lobes_map(document, energy, height):
     solid_angle = _solid_angle(height)
     total = np.zeros((height, 2 * height, 3))
     for index, *rgb in energy:
-        axis = anchor(index, document["sources"]["count"])
+        axis = anchor(index, document["sources"]["count"], document["sources"].get("turn_deg", 0))
         # The chord keeps its digits where the cosine has lost them.
         exponent = -0.5 * ((directions - axis) ** 2).sum(-1) / document["sources"]["sharpness"]
         lobe = np.exp(exponent - exponent.max())
@@ -49,9 +49,9 @@ def lobes_map(document, energy, height):
     return total
 
 
-def anchor(index, count):
-    """Axis of an anchor: the golden-angle spiral from +Y down, azimuth from -Z to the right."""
-    azimuth = index * math.pi * (3 - math.sqrt(5))
+def anchor(index, count, turn_deg=0.0):
+    """Axis of an anchor: the golden-angle spiral from +Y down, azimuth from -Z to the right, plus a turn."""
+    azimuth = index * math.pi * (3 - math.sqrt(5)) + math.radians(turn_deg)
     up = 1 - (2 * index + 1) / count
     across = math.sqrt(1 - up * up)
     return np.array([across * math.sin(azimuth), up, -across * math.cos(azimuth)])
@@ -92,7 +92,13 @@ def _solid_angle(height):
     return ((edges[:-1] - edges[1:]) * (math.pi / height))[:, None]
 
 
-def _strong(energy):
-    """Which lobes the document's lights are made of: those of more than 1e-4 of the sources' luminance."""
-    power = [0.2126 * red + 0.7152 * green + 0.0722 * blue for _, red, green, blue in energy]
-    return [value > 1e-4 * sum(power) for value in power]
+def _strong(sources):
+    """Which lobes the document's lights are made of: those of lights with lasting names, and of the others
+    those of more than 1e-4 of the sources' luminance.
+    """
+    named = {anchor for group in sources.get("groups", ()) for anchor in group["anchors"]}
+    power = [0.2126 * red + 0.7152 * green + 0.0722 * blue for _, red, green, blue in sources["energy"]]
+    return [
+        row[0] in named or value > 1e-4 * sum(power)
+        for row, value in zip(sources["energy"], power, strict=True)
+    ]
