@@ -101,7 +101,7 @@ def test_the_names_that_a_page_uses_exist(page: Path) -> None:
         match = re.match(r"(mixlight\.)?([a-zA-Z_]\w*(\.[a-zA-Z_]\w*)*)(?=$|\()", reference)
         if not match or not (match[1] or match[2].partition(".")[0] in FOLDERS) or "/" in reference:
             continue
-        if match[2].endswith((".py", ".toml", ".json", ".csv", ".js")):
+        if match[2].endswith((".py", ".toml", ".json", ".csv", ".js")) or match[2] in ("onnx", "mjs"):
             continue
         try:
             resolve(f"mixlight.{match[2]}")
