@@ -211,7 +211,7 @@ class Page:
         if "errorText" in found or not self._loaded.wait(60):
             raise PageError(f"{url}: {found.get('errorText', 'not loaded within 60 s')}")
 
-    def call(self, function: str, *arguments: object, timeout: float = 120.0) -> Any:
+    def call(self, function: str, *arguments: object, timeout: float = 300.0) -> Any:
         """The awaited result, as JSON, of a JavaScript function expression applied to JSON arguments.
 
         Raises:
@@ -235,7 +235,7 @@ class Page:
         self.check()
         return found["result"].get("value")
 
-    def wait_for(self, expression: str, timeout: float = 120.0) -> Any:
+    def wait_for(self, expression: str, timeout: float = 300.0) -> Any:
         """The first truthy value of an expression.
 
         Raises:

@@ -61,6 +61,7 @@ def found(web: Web, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         import { Stage, matte } from '/lib/three_stage.js';
         export default async ({ files, names }) => {
           const found = { version: version() };
+          const { renderer } = new Stage();
           for (const name of names) {
             const url = `${files}${name}/lights.gltf`;
             const report = await validate(await (await fetch(url)).text());
@@ -76,7 +77,7 @@ def found(web: Web, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
                 irradiance: light.color.clone().multiplyScalar(light.intensity).toArray(),
               });
             });
-            const stage = new Stage();
+            const stage = new Stage(renderer);
             stage.scene.add(scene);
             const front = stage.sphere(matte(1), 48);
             const back = stage.sphere(matte(1), 48, { behind: true });

@@ -37,6 +37,7 @@ VIEWS = {
 """Yaw and pitch of the camera that looks at each axis."""
 
 ALBEDO = 0.8
+CARD = card_rig(128)
 RIGS = {
     "residual": make_rig(random_lighting(1), height=64),
     "full": make_rig(random_lighting(1), height=64, residual=False),
@@ -52,7 +53,7 @@ RIGS = {
 def card(web: Web, tmp_path_factory: pytest.TempPathFactory) -> Pictures:
     """The calibration card as background, in a mirror and on a rough metal, and turned by 90°."""
     folder = tmp_path_factory.mktemp("card")
-    three.write(card_rig(), folder)
+    three.write(CARD, folder)
     script = """
         import { Stage, metal } from '/lib/three_stage.js';
         export default async ({ files, views }) => {
@@ -65,6 +66,10 @@ def card(web: Web, tmp_path_factory: pytest.TempPathFactory) -> Pictures:
           setRotation(Math.PI / 2);
           pictures.turned = stage.view(0, 0, 64);
           pictures['turned mirror'] = stage.sphere(metal(1, 0), 128);
+          const other = new Stage(stage.renderer);
+          await other.load(files, { map: false, background: true });
+          pictures['background alone'] = other.view(0, 0, 64);
+          pictures['unlit mirror'] = other.sphere(metal(1, 0), 16);
           return pictures;
         };
     """
@@ -75,7 +80,7 @@ def card(web: Web, tmp_path_factory: pytest.TempPathFactory) -> Pictures:
 @pytest.mark.parametrize("axis", VIEWS)
 def test_the_background_shows_each_axis_where_it_is(card: Pictures, axis: str) -> None:
     yaw, pitch = VIEWS[axis]
-    expected = camera.view(card_rig().environment, 64, 64, math.pi / 2, yaw=yaw, pitch=pitch).numpy()
+    expected = camera.view(CARD.environment, 64, 64, math.pi / 2, yaw=yaw, pitch=pitch).numpy()
     patch = [CARD_RADIANCE * part for part in CARD_COLOURS[axis]]
     assert card[axis][31:33, 31:33].mean((0, 1)) == pytest.approx(patch, abs=0.02)
     # The same picture with its letters and lines, up to the sampling along their edges.
@@ -98,12 +103,18 @@ def test_the_turned_background_shows_at_the_centre_what_was_at_the_right(card: P
     assert np.abs(card["turned"] - card["+X"]).mean() < 0.01
 
 
+def test_a_background_alone_does_not_light(card: Pictures) -> None:
+    """Then the probe does, and a mirror has nothing to reflect."""
+    assert np.abs(card["background alone"] - card["-Z"]).max() < 0.01
+    assert float(card["unlit mirror"].max()) == 0.0
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_mirror_reflects_each_axis_where_it_is(card: Pictures, turned: bool) -> None:
     normals, inside = sphere_normals(128)
     directions = reflected(normals)
     directions = turned_back(directions) if turned else directions
-    expected = equirect.sample(card_rig().environment, directions.float())
+    expected = equirect.sample(CARD.environment, directions.float())
     picture = torch.from_numpy(card["turned mirror" if turned else "mirror"])
     assert float((picture - expected).abs()[inside].mean()) < 0.2
     # In the middle the mirror shows what is behind the viewer, at 45 degrees what is at the sides.
@@ -136,49 +147,66 @@ def expected_matte(rig: Rig, normals: Tensor, *, by_map: bool = False) -> Tensor
     return ALBEDO * irradiance / math.pi
 
 
-@pytest.fixture(scope="module", params=RIGS)
-def lit(request: pytest.FixtureRequest, web: Web, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+NORMALS = vogel(64, dtype=torch.float64)
+
+
+@pytest.fixture(scope="module")
+def rendered(web: Web, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     """Matte spheres under probe and lights, and under map and lights; what ObjectLoader made of the JSON."""
-    folder = tmp_path_factory.mktemp("rig")
-    rig = RIGS[request.param]
-    three.write(rig, folder)
-    normals = vogel(64, dtype=torch.float64)
+    folder = tmp_path_factory.mktemp("rigs")
+    for name, rig in RIGS.items():
+        (folder / name).mkdir()
+        three.write(rig, folder / name)
     script = """
         import * as THREE from 'three';
         import { Stage, matte, matteStandard } from '/lib/three_stage.js';
         import { pack } from 'harness';
-        export default async ({ files, albedo, normals }) => {
-          const found = {};
-          for (const map of [true, false]) {
-            const stage = new Stage();
-            const { lights } = await stage.load(files, { map, background: false });
-            const material = map ? matteStandard(albedo) : matte(albedo);
-            const name = map ? 'map' : 'probe';
-            found[name] = stage.sphere(material, 64);
-            found[`${name} from behind`] = stage.sphere(material, 64, { behind: true });
-            if (map) continue;
-            found.group = { name: lights.name, type: lights.type, about: lights.userData };
-            found.children = lights.children.map((child) => ({
-              name: child.name, type: child.type, visible: child.visible, about: child.userData,
-              sh: child.sh?.toArray(),
-              irradiance: child.color?.clone().multiplyScalar(child.intensity).toArray(),
-              towards: child.target && child.getWorldPosition(new THREE.Vector3())
-                .sub(child.target.getWorldPosition(new THREE.Vector3())).normalize().toArray(),
-            }));
-            const { sh } = lights.getObjectByName('ambient');
-            const at = (n) => sh.getIrradianceAt(new THREE.Vector3(...n), new THREE.Vector3()).toArray();
-            found.irradiance = pack(new Float64Array(normals.flatMap(at)), [normals.length, 3]);
+
+        const describe = (child) => ({
+          name: child.name, type: child.type, visible: child.visible, about: child.userData,
+          sh: child.sh?.toArray(),
+          irradiance: child.color?.clone().multiplyScalar(child.intensity).toArray(),
+          towards: child.target && child.getWorldPosition(new THREE.Vector3())
+            .sub(child.target.getWorldPosition(new THREE.Vector3())).normalize().toArray(),
+        });
+
+        export default async ({ files, names, albedo, normals }) => {
+          const all = {};
+          const { renderer } = new Stage();
+          for (const name of names) {
+            const found = all[name] = {};
+            for (const map of [true, false]) {
+              const stage = new Stage(renderer);
+              const { lights } = await stage.load(`${files}${name}/`, { map, background: false });
+              const material = map ? matteStandard(albedo) : matte(albedo);
+              const by = map ? 'map' : 'probe';
+              found[by] = stage.sphere(material, 64);
+              found[`${by} from behind`] = stage.sphere(material, 64, { behind: true });
+              if (map) continue;
+              found.group = { name: lights.name, type: lights.type, about: lights.userData };
+              found.children = lights.children.map(describe);
+              const { sh } = lights.getObjectByName('ambient');
+              const at = (n) => sh.getIrradianceAt(new THREE.Vector3(...n), new THREE.Vector3()).toArray();
+              found.irradiance = pack(new Float64Array(normals.flatMap(at)), [normals.length, 3]);
+            }
           }
-          return found;
+          return all;
         };
     """
-    found: dict[str, Any] = web.run(script, files=folder, albedo=ALBEDO, normals=normals.tolist())
-    return found | {"rig": rig, "normals": normals}
+    arguments = {"names": list(RIGS), "albedo": ALBEDO, "normals": NORMALS.tolist()}
+    found: dict[str, dict[str, Any]] = web.run(script, files=folder, **arguments)
+    return found
+
+
+@pytest.fixture(params=RIGS)
+def lit(request: pytest.FixtureRequest, rendered: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """One of them, with its rig."""
+    return rendered[request.param] | {"rig": RIGS[request.param]}
 
 
 def test_the_probes_irradiance_is_ours(lit: dict[str, Any]) -> None:
     """Of SphericalHarmonics3.getIrradianceAt, whose constants have six digits."""
-    expected = harmonics.irradiance(lit["rig"].ambient.double(), lit["normals"])
+    expected = harmonics.irradiance(lit["rig"].ambient.double(), NORMALS)
     torch.testing.assert_close(torch.from_numpy(lit["irradiance"]), expected, rtol=1e-5, atol=1e-5)
 
 

@@ -54,7 +54,7 @@ class Web:
             raise
 
     def run(
-        self, script: str, *, files: Path | None = None, timeout: float = 120.0, **arguments: object
+        self, script: str, *, files: Path | None = None, timeout: float = 300.0, **arguments: object
     ) -> Any:
         """What a script's default export returns, arrays and all.
 

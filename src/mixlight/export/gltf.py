@@ -53,7 +53,8 @@ def to_gltf(rig: Rig) -> dict[str, Any]:
     """The rig without its map as a glTF document.
 
     Lights that are on have a node each. Lights that are off, because the map holds them, are listed without a
-    node, so that no loader can switch them on by itself; `extras` hold their direction.
+    node, since a node that no scene shows is not off everywhere (Blender's import takes it in all the same);
+    `extras` hold their direction.
 
     Convention: `intensity` (lux) times `color` is the irradiance, and the node's -Z the way of its rays.
 

@@ -5,7 +5,7 @@ export function pack(array, shape = [array.length]) {
   const bytes = new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
   let text = '';
   for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
-  const dtype = array.constructor.name.replace(/(Clamped)?Array$/, '').toLowerCase();
+  const dtype = dtypeOf(array.constructor);
   return { dtype, shape, base64: btoa(text) };
 }
 
@@ -13,9 +13,12 @@ const TYPES = [
   Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, BigInt64Array, Float32Array, Float64Array,
 ];
 
+/** What NumPy calls the numbers of a typed array. */
+const dtypeOf = (Type) => Type.name.replace(/^Big|(Clamped)?Array$/g, '').toLowerCase();
+
 /** The typed array that Python packed. */
 export function unpack({ dtype, base64 }) {
-  const Type = TYPES.find((type) => type.name.toLowerCase().replace(/^big/, '') === `${dtype}array`);
+  const Type = TYPES.find((type) => dtypeOf(type) === dtype);
   if (!Type) throw new Error(`expected a known dtype, received ${dtype}`);
   const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
   return new Type(bytes.buffer);

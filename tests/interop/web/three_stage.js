@@ -4,8 +4,9 @@ import * as THREE from 'three';
 import { pack } from 'harness';
 
 export class Stage {
-  constructor() {
-    this.renderer = new THREE.WebGLRenderer();
+  /** Stages may share a renderer, and with it what it compiled. */
+  constructor(renderer = new THREE.WebGLRenderer()) {
+    this.renderer = renderer;
     this.scene = new THREE.Scene();
   }
 
