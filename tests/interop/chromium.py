@@ -40,6 +40,9 @@ FLAGS = (
     # No name resolves: nothing a page asks for can leave the machine.
     "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
 )
+PATIENCE = 300.0
+"""Seconds to wait for an answer: what takes two on an idle machine may take a hundred on a loaded one."""
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -93,7 +96,7 @@ class Chromium:
         self._reader = threading.Thread(target=self._listen, name="chromium", daemon=True)
         self._reader.start()
         try:
-            self.version: str = self.call("Browser.getVersion", timeout=120)["product"]
+            self.version: str = self.call("Browser.getVersion")["product"]
         except BaseException:
             self.close()
             raise
@@ -103,7 +106,7 @@ class Chromium:
         method: str,
         parameters: Mapping[str, Any] | None = None,
         session: str | None = None,
-        timeout: float = 60.0,
+        timeout: float = PATIENCE,
     ) -> dict[str, Any]:
         """Send one command of the DevTools protocol and wait for its result."""
         answer: Queue[dict[str, Any]] = Queue()
@@ -208,10 +211,10 @@ class Page:
             {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
         )
         found = self._call("Page.navigate", {"url": url})
-        if "errorText" in found or not self._loaded.wait(60):
-            raise PageError(f"{url}: {found.get('errorText', 'not loaded within 60 s')}")
+        if "errorText" in found or not self._loaded.wait(PATIENCE):
+            raise PageError(f"{url}: {found.get('errorText', 'not loaded in time')}")
 
-    def call(self, function: str, *arguments: object, timeout: float = 300.0) -> Any:
+    def call(self, function: str, *arguments: object, timeout: float = PATIENCE) -> Any:
         """The awaited result, as JSON, of a JavaScript function expression applied to JSON arguments.
 
         Raises:
@@ -235,7 +238,7 @@ class Page:
         self.check()
         return found["result"].get("value")
 
-    def wait_for(self, expression: str, timeout: float = 300.0) -> Any:
+    def wait_for(self, expression: str, timeout: float = PATIENCE) -> Any:
         """The first truthy value of an expression.
 
         Raises:
@@ -277,6 +280,6 @@ class Page:
             self.problems.append(f"{entry['text']} {entry.get('url', '')}")
 
     def _call(
-        self, method: str, parameters: Mapping[str, Any] | None = None, timeout: float = 60.0
+        self, method: str, parameters: Mapping[str, Any] | None = None, timeout: float = PATIENCE
     ) -> dict[str, Any]:
         return self._browser.call(method, parameters, self._session, timeout)

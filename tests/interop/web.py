@@ -26,7 +26,7 @@ from urllib.parse import unquote, urlsplit
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.interop.chromium import Chromium, Page, find_chromium
+from tests.interop.chromium import PATIENCE, Chromium, Page, find_chromium
 
 FOLDER = Path(__file__).with_name("web")
 
@@ -54,7 +54,7 @@ class Web:
             raise
 
     def run(
-        self, script: str, *, files: Path | None = None, timeout: float = 300.0, **arguments: object
+        self, script: str, *, files: Path | None = None, timeout: float = PATIENCE, **arguments: object
     ) -> Any:
         """What a script's default export returns, arrays and all.
 
