@@ -1,4 +1,5 @@
 import io
+import json
 import math
 from pathlib import Path
 
@@ -127,3 +128,19 @@ def test_huge_textures_are_refused_before_they_are_decoded(
 def test_a_missing_file_is_an_oserror(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         load_model(tmp_path / "none.glb")
+
+
+def test_texture_transforms(tmp_path: Path) -> None:
+    """Golden, from the formula of KHR_texture_transform: T R S with v downwards."""
+    path = _textured(tmp_path, _png(np.zeros((8, 8, 3), np.uint8)))
+    data = path.read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    found = json.loads(data[20 : 20 + size])
+    transform = {"offset": [0.5, 0.25], "rotation": math.pi / 2, "scale": [2.0, 1.0]}
+    pbr = found["materials"][0]["pbrMetallicRoughness"]
+    for name in ("baseColorTexture", "metallicRoughnessTexture"):
+        pbr[name]["extensions"] = {"KHR_texture_transform": transform}
+    found["extensionsRequired"] = ["KHR_texture_transform"]
+    model = load_model(write_glb(tmp_path / "t.glb", found, data[28 + size :]))
+    # (1, 0): scaled to (2, 0), rotated by [[cos, sin], [-sin, cos]] to (0, -2), moved.
+    np.testing.assert_allclose(model.parts[0].uv, [[0.5, 0.25], [0.5, -1.75], [1.5, 0.25]], atol=1e-7)

@@ -109,10 +109,12 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(f"--layers {arguments.layers}: expected a name that ends in .exr")
     if arguments.layers is not None and arguments.layers.resolve() == arguments.out.resolve():
         raise UsageError(f"--layers {arguments.layers}: expected another file than --out")
+    from mixlight.render.blender import BlenderError
+
     start = time.perf_counter()
     try:
         said = _insert(arguments)
-    except (ValueError, OSError, MemoryError) as error:
+    except (ValueError, OSError, MemoryError, BlenderError) as error:
         if isinstance(error, UsageError | BrokenPipeError):
             raise
         message = describe(error, arguments.photo)
@@ -196,6 +198,7 @@ def _renderer(name: str) -> "Renderer":
         return mitsuba.render
     from mixlight.render import cycles
 
+    cycles.check()
     return cycles.render
 
 
@@ -216,8 +219,13 @@ def _light_and_camera(
     if arguments.lighting is not None and Path(arguments.lighting).suffix.lower() == ".json":
         record = document.read(arguments.lighting)
         environment = document.from_document(record).environment(MAP_HEIGHT)
-        known = (record["photo"] or {}).get("camera")
-        if known is not None:
+        about = record["photo"] or {}
+        known = about.get("camera")
+        # The pose of another photo tells nothing; a smaller copy of this one has its shape.
+        alike = (
+            abs(about.get("width", 0) * photo.size[1] / (about.get("height", 1) * photo.size[0]) - 1) < 0.01
+        )
+        if known is not None and alike:
             pose = math.radians(known["pitch_deg"]), math.radians(known["roll_deg"])
             if arguments.fov_deg is None:
                 fov_x = math.radians(known["fov_deg"])
@@ -254,18 +262,19 @@ def _write(arguments: argparse.Namespace, photo: "Photo", layers: "Layers", out:
     from mixlight.render.composite import composite
 
     region = layers.region.slices
-    linear = photo.linear.copy()
-    linear[region] = composite(photo.linear, layers)
-    if out.suffix.lower() == ".exr":
-        exr_layers.write(out, {"": linear})
+    over = composite(photo.linear, layers)
+    if out.suffix.lower() == ".exr" or photo.source == "hdr":
+        linear = photo.linear.copy()
+        linear[region] = over
+        if out.suffix.lower() == ".exr":
+            exr_layers.write(out, {"": linear})
+        else:  # such a photo has no encoding of its own
+            png.write(out, np.round(linear_to_srgb(linear.clip(0, 1)) * 65535).astype(np.uint16))
         return
-    if photo.source == "hdr":  # no encoding of its own
-        png.write(out, np.round(linear_to_srgb(linear.clip(0, 1)) * 65535).astype(np.uint16))
-        return
-    where = np.zeros(linear.shape[:2], dtype=bool)
+    where = np.zeros(photo.linear.shape[:2], dtype=bool)
     where[region] = layers.touched
     encoded = read_encoded(arguments.photo, photo)
-    encoded.write_png(out, encoded.paint(linear, where))
+    encoded.write_png(out, encoded.paint(over[layers.touched], where))
 
 
 def _write_layers(path: Path, photo: "Photo", layers: "Layers") -> None:

@@ -30,14 +30,14 @@ class EncodedPhoto:
     """The file's profile and gamma; its samples are not turned upright."""
 
     def paint(
-        self, linear: Float[Array, "height width 3"], where: Bool[Array, "height width"]
+        self, light: Float[Array, "painted 3"], where: Bool[Array, "height width"]
     ) -> Shaped[Array, "height width channels"]:
         """The samples with the pixels `where` replaced by linear Rec.709 light; grey becomes RGB.
 
         Values outside what the encoding can hold are clipped, as a camera does. Painted pixels are opaque.
 
         Args:
-            linear: of the whole picture; only the pixels `where` are looked at.
+            light: of the painted pixels, row by row.
             where: the pixels to replace.
 
         Returns:
@@ -49,7 +49,7 @@ class EncodedPhoto:
             samples = samples[..., [0, 0, 0] if count == 1 else [0, 0, 0, 1]]
         painted = samples.copy()
         largest = np.iinfo(samples.dtype).max
-        painted[where, :3] = np.round(self.encode(linear[where]) * largest).astype(samples.dtype)
+        painted[where, :3] = np.round(self.encode(light) * largest).astype(samples.dtype)
         if painted.shape[2] == 4:
             painted[where, 3] = largest
         return painted

@@ -52,6 +52,19 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
+class _Surface:
+    """A material, and how its textures lie on the vertices' coordinates: uv' = (u, v, 1) matrix."""
+
+    material: Material
+    uv_set: int
+    uv_matrix: Float[np.ndarray, "3 2"]
+
+
+_SAME_UV = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+_TEXTURES = ("baseColorTexture", "metallicRoughnessTexture")
+
+
+@dataclass(frozen=True, eq=False)
 class Model:
     """An object: what glTF shows of its scene, +Y up, metres."""
 
@@ -96,7 +109,7 @@ def load_model(name_or_path: str | os.PathLike[str]) -> Model:
         path = _FOLDER / f"{name_or_path}.glb"
     gltf = Gltf(path)
     notes: dict[str, None] = {}
-    materials: dict[object, Material] = {}
+    materials: dict[object, _Surface] = {}
     parts = []
     for matrix, mesh_index in _placed_meshes(gltf):
         mesh = gltf.entry("meshes", mesh_index)
@@ -183,7 +196,7 @@ def _part(
     gltf: Gltf,
     primitive: dict[str, Any],
     matrix: Float[np.ndarray, "4 4"],
-    materials: dict[object, Material],
+    materials: dict[object, _Surface],
     notes: dict[str, None],
 ) -> Part | None:
     mode = primitive.get("mode", 4)
@@ -214,15 +227,18 @@ def _part(
     triangles = triangles[area > 0]
     if len(triangles) == 0:
         return None
-    material = _material(gltf, primitive.get("material"), materials, notes)
+    surface = _material(gltf, primitive.get("material"), materials, notes)
+    material = surface.material
     if "COLOR_0" in attributes:
         notes["colours of vertices"] = None
     uv = None
     if material.base_texture is not None or material.surface_texture is not None:
-        if "TEXCOORD_0" in attributes:
-            uv = gltf.accessor(attributes["TEXCOORD_0"], ("VEC2",)).astype(float)
+        name = f"TEXCOORD_{surface.uv_set}"
+        if name in attributes:
+            uv = gltf.accessor(attributes[name], ("VEC2",)).astype(float)
             if len(uv) != count or not np.isfinite(uv).all():
                 raise gltf.error(f"{count} finite texture coordinates", f"{len(uv)}")
+            uv = uv @ surface.uv_matrix[:2] + surface.uv_matrix[2]
         else:
             material = replace(material, base_texture=None, surface_texture=None)
     if "NORMAL" in attributes:
@@ -255,10 +271,10 @@ def _triangles(index: Int[np.ndarray, " n"], mode: int) -> Int[np.ndarray, "tria
 
 
 def _material(
-    gltf: Gltf, index: object, materials: dict[object, Material], notes: dict[str, None]
-) -> Material:
+    gltf: Gltf, index: object, materials: dict[object, _Surface], notes: dict[str, None]
+) -> _Surface:
     if index is None:
-        return _DEFAULT
+        return _Surface(Material(), 0, _SAME_UV)
     if index in materials:
         return materials[index]
     entry = gltf.entry("materials", index)
@@ -268,8 +284,8 @@ def _material(
     factor = _numbers(gltf, pbr, "baseColorFactor", [1.0] * 4).clip(0, 1)
     metallic = float(_numbers(gltf, {"n": [pbr.get("metallicFactor", 1.0)]}, "n", [1.0]).clip(0, 1)[0])
     roughness = float(_numbers(gltf, {"n": [pbr.get("roughnessFactor", 1.0)]}, "n", [1.0]).clip(0, 1)[0])
-    base = _texture(gltf, pbr.get("baseColorTexture"), notes)
-    surface = _texture(gltf, pbr.get("metallicRoughnessTexture"), notes)
+    base = _texture(gltf, pbr.get(_TEXTURES[0]), notes)
+    surface = _texture(gltf, pbr.get(_TEXTURES[1]), notes)
     for name, what in (
         ("normalTexture", "normal maps"),
         ("emissiveTexture", "emission"),
@@ -282,6 +298,10 @@ def _material(
     extensions = entry.get("extensions", {})
     for name in extensions if isinstance(extensions, dict) else ():
         notes[f"the material extension {one_line(name, 40)}"] = None
+    layouts = [_layout(gltf, pbr[name]) for name in _TEXTURES if name in pbr]
+    uv_set, uv_matrix = layouts[0] if layouts else (0, _SAME_UV)
+    if any(other != uv_set or not np.array_equal(matrix, uv_matrix) for other, matrix in layouts[1:]):
+        notes["a second layout of textures on one surface"] = None
     material = Material(
         (float(factor[0]), float(factor[1]), float(factor[2])),
         metallic,
@@ -289,11 +309,23 @@ def _material(
         None if base is None else srgb_to_linear(base.astype(np.float32) / 255.0),
         None if surface is None else surface[..., [2, 1]].astype(np.float32) / 255.0,
     )
-    materials[index] = material
-    return material
+    materials[index] = _Surface(material, uv_set, uv_matrix)
+    return materials[index]
 
 
-_DEFAULT = Material()
+def _layout(gltf: Gltf, reference: dict[str, Any]) -> tuple[int, Float[np.ndarray, "3 2"]]:
+    """Which texture coordinates a texture lies on, and what is done to them (KHR_texture_transform)."""
+    extensions = reference.get("extensions", {})
+    given = extensions.get("KHR_texture_transform", {}) if isinstance(extensions, dict) else {}
+    if not isinstance(given, dict):
+        raise gltf.error("an object KHR_texture_transform", one_line(given, 60))
+    angle = float(_numbers(gltf, {"n": [given.get("rotation", 0.0)]}, "n", [0.0])[0])
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -s], [s, c]])  # of row vectors: counter-clockwise where v points down
+    scale = _numbers(gltf, given, "scale", [1.0, 1.0])
+    offset = _numbers(gltf, given, "offset", [0.0, 0.0])
+    uv_set = gltf.whole(given if "texCoord" in given else reference, "texCoord", 0)
+    return uv_set, np.concatenate([scale[:, None] * turn, offset[None]])
 
 
 def _texture(
@@ -303,8 +335,6 @@ def _texture(
         return None
     if not isinstance(reference, dict):
         raise gltf.error("a texture reference that is an object", one_line(reference, 60))
-    if reference.get("texCoord", 0) != 0 or reference.get("extensions"):
-        notes["further texture coordinates and texture transforms"] = None
     texture = gltf.entry("textures", reference.get("index"))
     if "source" not in texture:
         notes["textures in a format of an extension"] = None
