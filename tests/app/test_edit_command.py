@@ -1,5 +1,6 @@
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -167,3 +168,39 @@ def test_a_light_without_lights(run: Run, tmp_path: Path) -> None:
     status, _, err = run("edit", source, "--light", "light_1=on", "--out", tmp_path / "c.json")
     assert status == 1
     assert "there is none" in err
+
+
+def test_the_python_of_the_docs_runs(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "editing.md").read_text()
+    (block,) = re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    (tmp_path / "light" / "photo").mkdir(parents=True)
+    source.rename(tmp_path / "light" / "photo" / "lighting.json")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "editing.md", "exec"), {})
+    edited = document.load("edited.json")
+    assert math.degrees(edited.turn) == pytest.approx(30)
+    assert [group.name for group in edited.groups if group.off is not None] == ["light_2"]
+
+
+def test_the_table_of_temperatures_is_the_librarys() -> None:
+    from mixlight.image.temperature import white_point_gain
+
+    page = (Path(__file__).parents[2] / "docs" / "editing.md").read_text()
+    rows = re.findall(r"^\| (\d+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", page, re.MULTILINE)
+    assert len(rows) == 7
+    for kelvin, *gains in rows:
+        assert [f"{gain:.3f}" for gain in white_point_gain(float(kelvin))] == gains
+
+
+def test_edited_lights_go_to_other_programs_under_their_names(run: Run, source: Path, tmp_path: Path) -> None:
+    """What is off is in neither map nor lights; the rest keeps its names although the order has changed."""
+    from mixlight.export.rig import make_rig
+    from mixlight.sphere import equirect
+
+    out = tmp_path / "new.json"
+    assert run("edit", source, "--light", "light_1=off", "--light", "light_2=x9", "--out", out)[0] == 0
+    edited = document.load(out)
+    rig = make_rig(edited, height=64)
+    assert [light.name for light in rig.lights] == ["light_2"]
+    expected = equirect.integrate(edited.environment(64)) - edited.energy.sum(0)
+    torch.testing.assert_close(equirect.integrate(rig.environment), expected, rtol=1e-5, atol=1e-6)

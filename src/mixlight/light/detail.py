@@ -141,19 +141,21 @@ class Detail:
     def opacity(self, lighting: Lighting) -> float:
         """How much of the photo goes into the lighting's map: 1, or less where the photo is so much brighter
         than the predicted ambient light that the rest would have to be dimmed below a quarter of it.
+
+        >>> bright = Detail.of_photo(torch.ones(60, 80, 3), math.radians(60), 64)
+        >>> ambient = torch.zeros(9, 3)
+        >>> ambient[0] = 0.1
+        >>> round(bright.opacity(Lighting(ambient, torch.zeros(128, 3))), 2)
+        0.36
         """
-        _, visible, covered, total = self._parts(lighting)
-        room, need = total * (1 - _DIMMEST), visible - _DIMMEST * covered
-        limit = torch.where(need > 0, room / torch.where(need > 0, need, 1), math.inf)
-        return min(1.0, float(limit.min()))
+        return _opacity(*self._parts(lighting)[2:])
 
     def ambient_map(self, lighting: Lighting) -> Float[Tensor, "height width 3"]:
         """The ambient light with the photo in it, B of this module's text."""
-        photo, visible, covered, total = self._parts(lighting)
-        opacity = self.opacity(lighting)
+        ambient, photo, visible, covered, total = self._parts(lighting)
+        opacity = _opacity(visible, covered, total)
         hidden = total - opacity * covered
         gain = (total - opacity * visible) / torch.where(hidden > 0, hidden, 1)
-        ambient = lighting.ambient_map(len(self.weight))
         rest = (1 - opacity * self.weight)[..., None] * ambient
         return opacity * photo + rest * gain.to(rest)
 
@@ -201,16 +203,23 @@ class Detail:
         aside = (outside * (exponent - nearest).clamp(max=50).exp()).view_as(lobe)
         return lobe - denied + aside * (energy / float((aside * solid_angle).double().sum()))
 
-    def _parts(self, lighting: Lighting) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """The photo's part of the map, and the energies of it, of the ambient light that it covers, and of
-        all ambient light, [3] in float64.
+    def _parts(self, lighting: Lighting) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+        """The ambient light, the photo's part of the map, and the energies of the latter, of the ambient
+        light that it covers, and of all ambient light, [3] in float64.
         """
         ambient = lighting.ambient_map(len(self.weight))
         photo = self.radiance + self.clipped[..., None] * (ambient - 1).clamp_min(0)
-        energies = [
+        visible, covered, total = (
             equirect.integrate(part.double()) for part in (photo, ambient * self.weight[..., None], ambient)
-        ]
-        return photo, energies[0], energies[1], energies[2]
+        )
+        return ambient, photo, visible, covered, total
+
+
+def _opacity(visible: Tensor, covered: Tensor, total: Tensor) -> float:
+    """The largest opacity o <= 1 that leaves total - o visible >= _DIMMEST (total - o covered)."""
+    room, need = total * (1 - _DIMMEST), visible - _DIMMEST * covered
+    limit = torch.where(need > 0, room / torch.where(need > 0, need, 1), math.inf)
+    return min(1.0, float(limit.min()))
 
 
 def _falloff(directions: Tensor, axis: Tensor, width: float) -> Tensor:
