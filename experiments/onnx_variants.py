@@ -9,8 +9,9 @@ are those that `mixlight export --for onnx --precision` offers: their weights ar
 widened on loading. The others compute in low precision and are here to say what that would cost.
 
 `cost` is the worst of the six cells (three spheres, RMSE and si-RMSE): by how much the error's geometric mean
-over all views, or its median, exceeds the network's. Times are of one photo on one thread, the variants in
-turn, round after round; `--web` adds those of onnxruntime-web.
+over all views, or its median, exceeds the network's. Times are processor time (what else the machine does
+counts little) of one photo on one thread, the variants in turn, round after round; `--web` adds those of
+onnxruntime-web.
 """
 
 import argparse
@@ -256,14 +257,14 @@ def summary(values: np.ndarray) -> dict[str, float]:
 
 
 def timed(work: dict[str, Callable[[], object]]) -> dict[str, dict[str, Any]]:
-    """Milliseconds of each, in turn; and as a ratio to the first of the same round."""
+    """Milliseconds of processor time of each, in turn; and as a ratio to the first of the same round."""
     rounds: dict[str, list[float]] = {label: [] for label in work}
     for count in range(ROUNDS + 2):
         for label, call in work.items():
-            start = time.perf_counter()
+            start = time.thread_time()
             call()
             if count >= 2:  # the first rounds warm up
-                rounds[label].append(1e3 * (time.perf_counter() - start))
+                rounds[label].append(1e3 * (time.thread_time() - start))
     first = rounds[next(iter(work))]
     return {
         label: {
