@@ -293,6 +293,25 @@ def trials() -> str:
     return _table(("run", "step", *names), rows)
 
 
+def glow() -> str:
+    """Few sources: the energy of the others given to them, against added to the ambient light."""
+    path = RESULTS / "glow.json"
+    if not path.is_file():
+        return ""
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    cells = [
+        (kind, cell)
+        for kind in ("real", "rooms")
+        for cell in ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse")
+    ]
+    rows = []
+    for name, entry in found["variants"].items():
+        medians = [f"{entry[kind][cell]['median']:.3f}" for kind, cell in cells]
+        rows.append([name, f"{entry['active']:.0f}", f"{100 * entry['kept']:.0f} %", *medians])
+    names = [f"{kind} {cell.replace('_', ' ')}" for kind, cell in cells]
+    return _table(("variant and gain", "active anchors", "source energy kept", *names), rows)
+
+
 def onnx() -> str:
     """Size, speed and accuracy of the ONNX file's variants."""
     found = _onnx()
@@ -383,9 +402,10 @@ def insertion_basis() -> str:
     found = _insertion()
     if not found:
         return ""
+    weights = found.get("model_commit", "as shipped")
     return (
-        f"Model `{found['model']}` ({found['model_commit']}), {found['samples']} samples, seed "
-        f"{found['seed']}; commit `{found['commit']}`.\n"
+        f"Model `{found['model']}` ({weights}), {found['samples']} samples, seed {found['seed']}; "
+        f"commit `{found['commit']}`.\n"
     )
 
 
@@ -487,6 +507,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "sparse": sparse,
     "transport": transport,
     "trials": trials,
+    "glow": glow,
     "detail": detail,
     "detail-variants": detail_variants,
     "turning": turning,

@@ -123,7 +123,7 @@ def test_mitsuba_and_blender_agree() -> None:
     photo = np.full((HEIGHT, WIDTH, 3), 0.25)
     made = {}
     for name, render in RENDERERS.items():
-        renders = render(scene, WHOLE, samples=32, runs=8)
+        renders = render(scene, WHOLE, samples=8, runs=5)
         layers = make_layers(scene, renders, WHOLE, WHOLE, relative_change(scene, renders, WHOLE), photo)
         made[name] = layers, composite(photo, layers)
     (m, m_picture), (b, b_picture) = made["mitsuba"], made["blender"]

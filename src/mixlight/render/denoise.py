@@ -133,4 +133,4 @@ def _blur(field: Float[np.ndarray, "rows columns"], radius: int) -> Float[np.nda
     padded = np.pad(field, radius)
     summed = np.pad(padded.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     sums = summed[side:, side:] - summed[:-side, side:] - summed[side:, :-side] + summed[:-side, :-side]
-    return np.asarray(np.maximum(sums, 0) / side**2)  # rounding may leave a sum just below 0
+    return np.asarray(np.maximum(sums, 0.0) / side**2)  # rounding may leave a sum just below 0
