@@ -13,6 +13,7 @@ from mixlight.export.probe import Probe, make_probe
 from mixlight.export.registry import TARGETS
 from mixlight.export.rig import Rig, make_rig
 from mixlight.image.exr import MAX_HALF
+from mixlight.light import harmonics
 from mixlight.light.lights import Light
 from mixlight.sphere import equirect
 from mixlight.sphere.frames import FRAMES
@@ -23,7 +24,10 @@ PROBES = ["arcore", "arkit", "webxr"]
 WITH_MAP = ["three", "gltf", "usd", "unity", "unreal", "filament"]
 READABLE = [*WITH_MAP, "cubemap", *PROBES]
 
-COLOUR = {"three": 2e-3}
+TEXT = {"three": "lights.json", "gltf": "lights.gltf", "usd": "lighting.usda"}
+"""The file that `read` reads beside the map."""
+
+COLOUR = {"three": 4.5e-3}
 """Relative to the brightest channel: Object JSON has 8-bit colours. All others are float32."""
 
 
@@ -92,12 +96,12 @@ def test_a_cube_comes_back(recipe: Recipe) -> None:
     assert_same_words(found, rig)
     for there, here in zip(found.lights, rig.lights, strict=True):
         assert_same_light(there, here)
-    # The map is sampled twice, on grids of its own fineness: its energy stays, and with it its irradiance.
+    # The map is sampled twice, on other grids: what is as small as a texel blurs, and its energy stays.
     energy = equirect.integrate(rig.environment)
-    torch.testing.assert_close(equirect.integrate(found.environment), energy, rtol=0.02, atol=1e-4)
-    if rig.map_kind == "residual":  # smooth, where lights were taken out
-        smooth = (found.environment - rig.environment).abs().max() / rig.environment.max()
-        assert float(smooth) < 0.5
+    torch.testing.assert_close(equirect.integrate(found.environment), energy, rtol=2e-3, atol=1e-4)
+    # So does what matte surfaces see of it, up to where in a texel of these coarse maps a lobe lay.
+    blur = harmonics.project(found.environment) - rig.ambient
+    assert float(blur.abs().max()) < 0.15 * float(rig.ambient[0].max())
 
 
 @pytest.mark.parametrize("write", [write_exr, write_hdr])
@@ -157,8 +161,7 @@ def test_foreign_and_broken_files_are_refused_by_name(name: str, tmp_path: Path)
     with pytest.raises(OSError, match="No such file"):
         read(tmp_path)
     TARGETS[name].write(fixed_rig(), tmp_path)
-    texts = [path for path in tmp_path.iterdir() if path.suffix in (".json", ".gltf", ".usda")]
-    (path,) = texts
+    path = tmp_path / TEXT.get(name, f"{name}.json")
     whole = path.read_text()
     for text in ("", "{}", "[1]", "null", whole[: len(whole) // 2], whole.replace("mixlight", "other")):
         path.write_text(text)

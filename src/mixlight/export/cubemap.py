@@ -64,7 +64,7 @@ def write(rig: Rig, folder: Path) -> list[Path]:
     gain = float(rig.exposure_gain)
     for name, cube in cubes.items():
         (folder / name).mkdir()
-        for stem, face in zip(NAMES, cube.clamp_min(0).numpy(), strict=True):
+        for stem, face in zip(NAMES, cube.numpy(), strict=True):
             about = {"software": f"mixlight {__version__}", "map": rig.map_kind, "cube": name, "face": stem}
             path = folder / name / stem
             exr.write(path.with_suffix(".exr"), face, {**about, "exposure_gain": gain})
@@ -99,25 +99,29 @@ def write(rig: Rig, folder: Path) -> list[Path]:
 def faces(environment: Float[Tensor, "height width 3"], layout: str) -> Float[Tensor, "6 size size 3"]:
     """The six faces of a map for one of `LAYOUTS`, with an edge of a quarter of its width.
 
+    Sampling on another grid changes the energy of what is as small as a texel, by a percent or so. The faces
+    are scaled, each channel by one factor, so that theirs is the map's.
+
     Convention: looking up s = signs * d in the cube gives the radiance of our direction d.
 
     >>> from mixlight.sphere import calibration_card
     >>> faces(calibration_card(64), "three")[0, 12, 12]  # +X of the sampler: our -X, cyan
-    tensor([0., 4., 4.])
+    tensor([0.0000, 4.0009, 3.9998])
     """
+    energy = equirect.integrate(environment)
     width = environment.shape[1]
     x, _, z = LAYOUTS[layout].signs
     if x < 0 or z < 0:
         environment = equirect.mirror(environment)  # x -> -x; half a turn more makes it z -> -z
         environment = environment.roll(width // 2, 1) if z < 0 else environment
-    return cubemap.from_equirect(environment, max(1, width // 4))
+    cube = cubemap.from_equirect(environment, max(1, width // 4)).clamp_min(0)
+    return cube * _ratio(energy, _energy(cube))
 
 
 def read(folder: Path) -> Rig:
     """Read back what `write` has made, from the faces of `opengl/`.
 
-    Convention: the map is resampled twice, which blurs it by about a texel; energy, lights and harmonics
-        stay.
+    Convention: the map is sampled twice, which blurs it by about a texel; energy, lights and harmonics stay.
 
     Raises:
         ValueError: not such files; the message names the file and the entry.
@@ -135,8 +139,9 @@ def read(folder: Path) -> Rig:
         entries.equal(words.get("frame"), "frame", "mixlight")
         height = entries.whole(words.get("height"), "height", 2, 1 << 16)
         harmonics = entries.mapping(words.get("harmonics"), "harmonics")
-        environment = cubemap.to_equirect(torch.stack(pictures), height)
-        equirect.check(environment, str(folder))
+        cube = torch.stack(pictures)
+        environment = cubemap.to_equirect(cube, height)
+        environment = environment * _ratio(_energy(cube), equirect.integrate(environment))
         return Rig(
             environment=environment,
             lights=make_lights(words.get("lights"), "mixlight"),
@@ -148,3 +153,14 @@ def read(folder: Path) -> Rig:
         )
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
+
+
+def _energy(cube: Float[Tensor, "6 size size 3"]) -> Float[Tensor, "3"]:
+    """Integral of the radiance over the sphere."""
+    return torch.einsum(
+        "fijc,ij->c", cube.double(), cubemap.solid_angle(cube.shape[1], dtype=torch.float64)
+    ).float()
+
+
+def _ratio(wanted: Float[Tensor, "3"], found: Float[Tensor, "3"]) -> Float[Tensor, "3"]:
+    return torch.where(found > 0, wanted / torch.where(found > 0, found, 1), 1)

@@ -45,7 +45,8 @@ def write(rig: Rig, folder: Path) -> list[Path]:
         f"Give harmonics.ambient of {FILE} (or sh.txt) to IndirectLight.irradiance(3, ...) with intensity 1, "
         "lights[].filament to LightManager, and what `cmgen --deploy=. --format=ktx environment.hdr` makes "
         "to IndirectLight.reflections.",
-        "Derived from Filament's documentation and the source of cmgen, and never run in Filament.",
+        "Harmonics and lights were run in Filament 1.53 (WebAssembly, in Chromium); the map's roll follows "
+        "the source of cmgen and was not run.",
     )
     return [*paths, readme]
 

@@ -43,7 +43,7 @@ def write(rig: Rig, folder: Path) -> list[Path]:
         rig,
         f"In your code: `import {{ lightEstimate }} from './{SCRIPT}'; "
         "const estimate = await lightEstimate();` gives what `frame.getLightEstimate(probe)` gives.",
-        "Run with three.js r187 in Chromium, whose LightProbe takes these numbers as they are; never "
+        "Run with three.js r187 in Chromium, whose XREstimatedLight takes these numbers as they are; never "
         "compared with a device's own estimate.",
         where=describe(probe),
     )
