@@ -470,10 +470,10 @@ def turning() -> str:
     cells = {
         "off_deg": ("direction off", lambda value: f"{value:.1f}°"),
         "spread_deg": ("spread", lambda value: f"{value:.1f}°"),
-        "energy": ("energy off", lambda value: _percent(value) if value > 1e-5 else "< 0.001 %"),
-        "diffuse": ("diffuse sphere", _percent),
-        "matte": ("matte sphere", _percent),
-        "mirror": ("mirror sphere", _percent),
+        "energy": ("energy off", _percent_above_rounding),
+        "diffuse": ("diffuse sphere", _percent_above_rounding),
+        "matte": ("matte sphere", _percent_above_rounding),
+        "mirror": ("mirror sphere", _percent_above_rounding),
     }
     rows = [
         [name, *(form(entry[cell]["median"]) for cell, (_, form) in cells.items())]
@@ -484,6 +484,10 @@ def turning() -> str:
         f"{len(found['turns_deg'])} turns each; spheres: RMSE over the sphere's own root mean square.\n"
     )
     return "\n".join([about, _table(("lobes", *(shown for shown, _ in cells.values())), rows)])
+
+
+def _percent_above_rounding(value: float) -> str:
+    return _percent(value) if value > 1e-5 else "< 0.001 %"
 
 
 def _detail() -> Json:
