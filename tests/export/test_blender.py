@@ -231,6 +231,7 @@ class TestDocuments:
             (("frame",), "blender"),
             (("ambient", "degree"), 3),
             (("ambient", "degree"), 2.5),
+            (("ambient", "degree"), 2.0),
             (("ambient", "kind"), "irradiance"),
             (("ambient", "coefficients", 0), [1, 2]),
             (("ambient", "coefficients", 0), [1, 2, float("inf")]),

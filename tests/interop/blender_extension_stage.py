@@ -207,6 +207,28 @@ def check_loading_again_replaces(scene):
     assert sum(collection.name.startswith("MixLight") for collection in bpy.data.collections) == 1
 
 
+def check_loading_the_same_again(scene):
+    for _ in range(2):
+        load("residual")
+        assert map_image(scene).size[1] == 32
+        assert not map_image(scene).use_fake_user
+    assert sum(image.name.startswith("environment") for image in bpy.data.images) == 1
+
+
+def check_copies_of_a_light_go_too(scene):
+    load("residual")
+    copy = suns()[0].copy()  # shares its light
+    scene.collection.objects.link(copy)
+    assert bpy.ops.mixlight.remove() == {"FINISHED"}
+    assert [thing.name for thing in scene.objects if thing.type == "LIGHT"] == ["Light"]
+
+
+def check_the_panel_lists_lights_by_name(scene):
+    load("residual")
+    listed = sys.modules[f"{MODULE}.scene"].suns(bpy.data.objects["MixLight"])
+    assert [sun.name for sun in listed] == ["light_1", "light_2", "light_3", "light_4"]
+
+
 def check_remove_gives_everything_back(scene):
     before = {name: sorted(block.name for block in getattr(bpy.data, name)) for name in BLOCKS}
     world = scene.world

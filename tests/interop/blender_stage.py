@@ -49,8 +49,12 @@ def load(how, path):
 def lights():
     """What the outliner and the light tabs show."""
     found = []
+    things = list(bpy.context.scene.objects)
+    hidden = {thing.name: [thing.hide_render, thing.hide_viewport] for thing in things}
+    for thing in things:
+        thing.hide_viewport = False  # where a hidden one stands is not worked out
     bpy.context.view_layer.update()
-    for thing in bpy.context.scene.objects:
+    for thing in things:
         if thing.type == "LIGHT":
             outward = thing.matrix_world.to_3x3() @ Vector((0, 0, 1))
             found.append(
@@ -60,7 +64,7 @@ def lights():
                     "direction": list(outward.normalized()),
                     "irradiance": [thing.data.energy * part for part in thing.data.color],
                     "angle": thing.data.angle,
-                    "hidden": [thing.hide_render, thing.hide_viewport],
+                    "hidden": hidden[thing.name],
                 }
             )
     return found
@@ -100,9 +104,9 @@ def shoot(file, kind, size=64, samples=16, transform=None, **options):
         look(camera, -towards)
     elif kind == "still_life":
         still_life()
-        data.angle = math.radians(40)
-        camera.location = (0, -5.2, 1.7)
-        look(camera, (0, 1, -0.22))
+        data.angle = math.radians(38)
+        camera.location = (0, -6.4, 2.0)
+        look(camera, (0, 1, -0.25))
     render(scene, file, width, height, samples, transform)
     for thing in set(bpy.data.objects) - before:
         bpy.data.objects.remove(thing)

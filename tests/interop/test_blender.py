@@ -94,7 +94,7 @@ def stage(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
     def script(name: str, *shots: dict[str, Any], **more: Any) -> dict[str, Any]:
         lights = str(folder / f"{name} lights.json")
-        return {"load": ["script", str(folder / "blender" / name)], "shots": shots, "lights": lights, **more}
+        return {"load": ["script", str(folder / "blender" / name)], "shots": shots, "lights": lights} | more
 
     def stage_of(name: str, file: str, *shots: dict[str, Any]) -> dict[str, Any]:
         lights = str(folder / f"{name} {Path(file).stem}.json")
@@ -103,9 +103,9 @@ def stage(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     facing = convert_directions(TOWARDS, "mixlight", "blender").tolist()
     jobs = [
         script("card", shot("card", "panorama", size=64)),
-        {**script("card", shot("turned card", "panorama", size=64)), "turn": TURN},
+        script("card", shot("turned card", "panorama", size=64), turn=TURN),
         script("residual", shot("residual", "panorama", size=64), sphere("residual sphere")),
-        {**script("residual", sphere("turned sphere")), "turn": TURN},
+        script("residual", sphere("turned sphere"), turn=TURN, lights=str(folder / "turned lights.json")),
         script("full", sphere("full sphere")),
         script("sun", shot("patch", "patch", size=8, albedo=0.5, towards=facing)),
         script(
@@ -114,7 +114,7 @@ def stage(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
             shot("standard", "view", size=4, samples=1, transform="Standard"),
             shot("raw", "view", size=4, samples=1, transform="Raw"),
         ),
-        script("picture", shot("picture", "still_life", size=256, samples=48, transform="Standard")),
+        script("picture", shot("picture", "still_life", size=192, samples=32, transform="Standard")),
         stage_of("card", usd.BLENDER_FILE_NAME, shot("usd card", "panorama", size=64)),
         stage_of("residual", usd.BLENDER_FILE_NAME, sphere("usd sphere")),
         stage_of("residual", usd.FILE_NAME),
@@ -122,11 +122,11 @@ def stage(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         stage_of(
             "picture",
             usd.BLENDER_FILE_NAME,
-            shot("usd picture", "still_life", size=256, samples=48, transform="Standard"),
+            shot("usd picture", "still_life", size=192, samples=32, transform="Standard"),
         ),
     ]
     (folder / "jobs.json").write_text(json.dumps(jobs))
-    run(HERE / "blender_stage.py", [folder / "jobs.json"], timeout=900, blender=program)
+    run(HERE / "blender_stage.py", [folder / "jobs.json"], timeout=1800, blender=program)
     return Stage(version, folder)
 
 
@@ -135,13 +135,13 @@ def held(picture: Tensor, expected: Tensor, *, mean: float) -> None:
     assert picture.shape == expected.shape
     assert float((picture - expected).abs().mean()) < mean
     for other in (picture.flip(-2), picture.flip(-3), picture.roll(16, -2), picture.roll(-16, -2)):
-        assert float((other - expected).abs().mean()) > 5 * mean
+        assert float((other - expected).abs().mean()) > 3 * mean
 
 
 @pytest.mark.parametrize("name", ["card", "usd card"])
 def test_the_world_shows_the_card_the_right_way_round(stage: Stage, name: str) -> None:
     seen = stage.exr(name)
-    held(seen, card_rig(64).environment, mean=0.05)
+    held(seen, card_rig(64).environment, mean=0.06)
     for axis, direction in CARD_AXES.items():
         colour = equirect.sample(seen, torch.tensor(direction))
         assert colour.tolist() == pytest.approx([CARD_RADIANCE * c for c in CARD_COLOURS[axis]], abs=0.02), (
@@ -156,7 +156,8 @@ def test_a_turn_of_the_empty_turns_the_map_to_the_left(stage: Stage) -> None:
 
 def test_world_radiance_is_pixel_value(stage: Stage) -> None:
     expected = make_rig(LIGHTING, height=64).environment
-    error = (stage.exr("residual") - expected).abs()
+    # Cycles wraps the map from top to bottom too, which shows in the half row at each pole.
+    error = (stage.exr("residual") - expected).abs()[1:-1]
     assert float(error.max()) < 0.01 * float(expected.max())
     assert float(error.mean()) < 1e-3 * float(expected.mean())
 

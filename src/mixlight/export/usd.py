@@ -275,7 +275,7 @@ def _from_layer(
 
 def _light(prim: _usda.Prim, where: str) -> Light:
     values = prim.attributes
-    if values.get("inputs:normalize") is not True:
+    if values.get("inputs:normalize") not in (True, 1.0):  # USD's own writer says 1
         entries.fail(f"{where}.inputs:normalize", "true", values.get("inputs:normalize"))
     if tuple(entries.entries(values.get("xformOpOrder"), f"{where}.xformOpOrder")) != ("xformOp:transform",):
         entries.fail(f"{where}.xformOpOrder", "xformOp:transform alone", values["xformOpOrder"])

@@ -102,7 +102,11 @@ def _check(document):
     if (ambient["kind"], ambient["basis"], ambient["order"]) != ("radiance", "real-sh", "l*l+l+m"):
         raise ValueError("ambient: expected radiance in real harmonics of the order l*l+l+m")
     degree = ambient["degree"]
-    if degree not in range(7) or len(ambient["coefficients"]) != (degree + 1) ** 2:
+    if (
+        not isinstance(degree, int)
+        or degree not in range(7)
+        or len(ambient["coefficients"]) != (degree + 1) ** 2
+    ):
         raise ValueError("ambient: expected a degree from 0 to 6 and (degree + 1)^2 coefficients")
     if sources["anchors"] != "vogel" or not _finite([sources["sharpness"]], above=0):
         raise ValueError("sources: expected vogel anchors and a sharpness above 0")
@@ -116,7 +120,12 @@ def _check(document):
         if len(rgb) != 3 or not _finite(rgb):
             raise ValueError("ambient.coefficients: expected three numbers each")
     for index, *rgb in sources["energy"]:
-        if index not in range(sources["count"]) or len(rgb) != 3 or not _finite(rgb, least=0):
+        if (
+            not isinstance(index, int)
+            or index not in range(sources["count"])
+            or len(rgb) != 3
+            or not _finite(rgb, least=0)
+        ):
             raise ValueError("sources.energy: expected an anchor and three numbers of at least 0 each")
     for light in document["lights"]:
         direction, irradiance = light["direction"], light["irradiance"]

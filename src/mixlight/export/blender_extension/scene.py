@@ -28,6 +28,8 @@ PREVIOUS = "mixlight_previous_world"
 """Custom property of the empty: the world that the scene had before."""
 ENERGY = "mixlight_energy"
 """Custom property of a Sun: its strength as estimated."""
+RANK = "mixlight_rank"
+"""Custom property of a Sun: its place among the lights, the brightest first."""
 BACKGROUND = "MixLight Background"
 """Name of the world's node whose strength scales the map."""
 
@@ -119,6 +121,7 @@ def build(scene, rig, image, image_yaw=0.0):
     Returns:
         The empty that all hangs on. Turning it about Z turns map and lights together, positive to the left.
     """
+    held, image.use_fake_user = image.use_fake_user, True  # it may be the one that the earlier light used
     remove(scene)
     collection = bpy.data.collections.new("MixLight")
     scene.collection.children.link(collection)
@@ -131,9 +134,12 @@ def build(scene, rig, image, image_yaw=0.0):
     if scene.world is not None:
         root[PREVIOUS] = scene.world
     collection.objects.link(root)
-    for light in rig["lights"]:
-        collection.objects.link(_sun(light, root))
+    for rank, light in enumerate(rig["lights"]):
+        sun = _sun(light, root)
+        sun[RANK] = rank
+        collection.objects.link(sun)
     scene.world = _world(image, root, image_yaw)
+    image.use_fake_user = held
     return root
 
 
@@ -143,9 +149,9 @@ def find(scene):
 
 
 def suns(root):
-    """The Suns that hang on the empty, as they were written: brightest first."""
+    """The Suns that hang on the empty, the brightest first."""
     found = [child for child in root.children if child.type == "LIGHT" and ENERGY in child]
-    return sorted(found, key=lambda child: -child[ENERGY])
+    return sorted(found, key=lambda child: child.get(RANK, 0))
 
 
 def set_enabled(sun, enabled):
@@ -162,8 +168,8 @@ def remove(scene):
     if background(scene) is not None:  # else the user has chosen another world, which stays
         world = scene.world
         scene.world = root.get(PREVIOUS)
-    for sun in suns(root):
-        bpy.data.lights.remove(sun.data)  # takes the object with it
+    for data in {sun.data for sun in suns(root)}:  # copies share theirs
+        bpy.data.lights.remove(data)  # takes the objects with it
     for collection in list(root.users_collection):
         others = [thing for thing in collection.objects if thing != root]
         if collection.name.startswith("MixLight") and not others and not collection.children:
