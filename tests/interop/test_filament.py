@@ -14,7 +14,7 @@ from mixlight.export.rig import Rig, make_rig
 from mixlight.image.color import srgb_to_linear
 from mixlight.light import harmonics
 from tests.interop import images
-from tests.interop.rigs import picture_lighting, random_lighting, sphere_normals
+from tests.interop.rigs import random_lighting, sphere_normals
 from tests.interop.web import Web, pack
 from tests.render.glb import document, write_glb
 
@@ -86,6 +86,6 @@ def test_a_matte_sphere_shows_our_irradiance(web: Web, tmp_path: Path, lights: i
 
 
 def test_a_picture_for_the_docs(web: Web, tmp_path: Path) -> None:
-    rig = make_rig(picture_lighting(), lights=1)
+    rig = make_rig(random_lighting(4), lights=1)
     picture = np.concatenate([shown(web, rig, tmp_path, behind=b, size=160) for b in (False, True)], axis=1)
     images.hold("filament", np.ascontiguousarray(picture[..., :3]))
