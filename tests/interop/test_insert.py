@@ -57,7 +57,7 @@ RENDERERS = {"mitsuba": mitsuba.render, "blender": cycles.render}
 def test_free_ground_looks_like_the_photo(name: str) -> None:
     """Orientation of camera and ground, its texture, and the irradiance: all wrong ones show here."""
     scene = _scene()
-    found = RENDERERS[name](scene, WHOLE, samples=64).ground[0]
+    found = RENDERERS[name](scene, WHOLE, samples=36).ground[0]
     near = slice(30, 44), slice(20, 44)  # the part of the photo that the ground carries
     left, right = found[30:44, 22:30].mean((0, 1)), found[30:44, 35:43].mean((0, 1))
     np.testing.assert_allclose(left, [0.1, 0.2, 0.3], rtol=0.03)
@@ -114,23 +114,26 @@ def test_a_mirror_shows_the_calibration_card_from_the_right_sides(name: str) -> 
     ):
         expected = equirect.sample(card, torch.tensor(direction)).numpy()
         pixel = found[round(16 + offset[1] * radius), round(16 + offset[0] * radius)]
-        assert pixel.argmax() == expected.argmax(), (offset, pixel, expected)
-        assert pixel.argmin() == expected.argmin(), (offset, pixel, expected)
+        np.testing.assert_allclose(pixel, expected, atol=0.15 * expected.max(), err_msg=str(offset))
 
 
 def test_mitsuba_and_blender_agree() -> None:
-    scene = _scene(material=Material((0.5, 0.3, 0.2), 0.0, 0.6))
+    """A matte ball, a satin one and a mirror."""
+    scene = _scene("spheres")
+    region = Region(14, 22, 56, 46)
     photo = np.full((HEIGHT, WIDTH, 3), 0.25)
     made = {}
     for name, render in RENDERERS.items():
-        renders = render(scene, WHOLE, samples=8, runs=5)
-        layers = make_layers(scene, renders, WHOLE, WHOLE, relative_change(scene, renders, WHOLE), photo)
+        renders = render(scene, region, samples=25, runs=5)
+        layers = make_layers(scene, renders, region, region, relative_change(scene, renders, region), photo)
         made[name] = layers, composite(photo, layers)
     (m, m_picture), (b, b_picture) = made["mitsuba"], made["blender"]
     np.testing.assert_allclose(m.coverage, b.coverage, atol=0.15)
-    assert m.beauty.sum() == pytest.approx(b.beauty.sum(), rel=0.04)
-    assert m.shadow.sum() == pytest.approx(b.shadow.sum(), rel=0.06)
-    assert np.sqrt(((m_picture - b_picture) ** 2).mean()) < 0.012
+    # Measured: .5 % of the object, 7 % of the shadow, into which caustics of the mirror throw noise.
+    assert m.beauty.sum() == pytest.approx(b.beauty.sum(), rel=0.03)
+    assert m.shadow.sum() == pytest.approx(b.shadow.sum(), rel=0.12)
+    dull = np.minimum(m_picture, 1) - np.minimum(b_picture, 1)  # as the photo shows them
+    assert np.sqrt((dull**2).mean()) < 0.02
 
 
 def test_ground_far_from_the_object_is_free_of_noise() -> None:
@@ -147,8 +150,7 @@ def test_textures_lie_the_right_way_round() -> None:
     uv = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], float)  # glTF: v = 0 is the top of the picture
     colours = np.array([[[0.8, 0.05, 0.05], [0.05, 0.8, 0.05]], [[0.05, 0.05, 0.8], [0.8, 0.8, 0.05]]])
     texture = np.kron(colours, np.ones((8, 8, 1)))
-    surface = np.zeros((2, 2, 2))
-    surface[..., 1] = 1.0
+    surface = np.stack([np.zeros((2, 2)), np.ones((2, 2))], -1)
     material = Material((1.0, 1.0, 1.0), 1.0, 1.0, texture, surface)
     board = Part(corners, np.tile([0.0, 0, 1], (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]), uv, material)
     level = SceneCamera(32, 32, math.radians(40))

@@ -22,6 +22,10 @@ VARIANT = "scalar_rgb"
 MAX_DEPTH = 6
 """Segments of a path; object and ground exchange light up to this often."""
 
+MATTE = 0.95
+"""A surface that is rougher than this and no metal is Lambert's: the principled material would make it up to
+twice as bright at its rim, where Blender and glTF do not."""
+
 
 class MitsubaMissing(ValueError):
     """Mitsuba is not installed; the message says how to get it."""
@@ -71,6 +75,7 @@ def render(scene: InsertionScene, region: Region, *, samples: int, runs: int = 1
     Raises:
         MitsubaMissing: (a ValueError) Mitsuba is not installed.
     """
+    samples = _stratified(samples)
     with _mitsuba() as mi:
         light = _light(mi, scene)
         ground = _ground(mi, scene)
@@ -91,6 +96,16 @@ def render(scene: InsertionScene, region: Region, *, samples: int, runs: int = 1
         np.stack([p[..., :3] for p in pictures[1]]),
         np.mean([p[..., 3] for p in pictures[2]], axis=0).clip(0, 1),
     )
+
+
+def _stratified(samples: int) -> int:
+    """The least number of at least so many that fills a grid, as the sampler wants it.
+
+    >>> [_stratified(n) for n in (1, 4, 5, 16, 32)]
+    [1, 4, 6, 16, 35]
+    """
+    rows = math.isqrt(samples)
+    return rows * math.ceil(samples / rows)
 
 
 def _light(mi: Any, scene: InsertionScene) -> Any:
@@ -170,18 +185,16 @@ def _mesh(mi: Any, part: Part) -> Any:
 
 
 def _material(mi: Any, material: Material) -> dict[str, Any]:
-    def factor(index: int, value: float) -> Any:
-        if material.surface_texture is None:
-            return value
-        return _texture(mi, material.surface_texture[..., index : index + 1] * value)
-
+    """Mitsuba's principled material, or Lambert's for what is neither metal nor at all glossy."""
     color = np.array(material.base_color)
     base: Any = {"type": "rgb", "value": color.tolist()}
     if material.base_texture is not None:
         base = _texture(mi, material.base_texture * color)
-    return {
-        "type": "principled",
-        "base_color": base,
-        "metallic": factor(0, material.metallic),
-        "roughness": factor(1, material.roughness),
-    }
+    metallic: Any = material.metallic
+    roughness: Any = material.roughness
+    if material.surface_texture is not None:
+        metallic = _texture(mi, material.surface_texture[..., :1] * metallic)
+        roughness = _texture(mi, material.surface_texture[..., 1:] * roughness)
+    elif metallic == 0 and roughness >= MATTE:
+        return {"type": "diffuse", "reflectance": base}
+    return {"type": "principled", "base_color": base, "metallic": metallic, "roughness": roughness}

@@ -36,7 +36,7 @@ class Material:
     roughness: float = 1.0
     base_texture: Float[np.ndarray, "rows columns 3"] | None = None
     """Linear; row 0 is v = 0, as glTF counts."""
-    surface_texture: Float[np.ndarray, "rows columns 2"] | None = None
+    surface_texture: Float[np.ndarray, "surface_rows surface_columns 2"] | None = None
     """Metallic and roughness, which multiply the factors."""
 
 
