@@ -143,7 +143,7 @@ def test_the_world_shows_the_card_the_right_way_round(stage: Stage, name: str) -
     seen = stage.exr(name)
     held(seen, card_rig(64).environment, mean=0.06)
     for axis, (x, y, z) in CARD_AXES.items():
-        # Off the poles, where Cycles wraps the map from top to bottom, and on the patch's plain half, above its letters.
+        # Beside the poles, where Cycles wraps the map from top to bottom, and above the patch's letters.
         colour = equirect.sample(seen, torch.tensor([x, y if y else 0.1, z + 0.1 * y]))
         assert colour.tolist() == pytest.approx([CARD_RADIANCE * c for c in CARD_COLOURS[axis]], abs=0.02), (
             axis
