@@ -28,7 +28,7 @@ from mixlight.network.glow import Glow
 from mixlight.network.heads import Prediction
 from mixlight.training.validation import predicted_environments
 
-GAINS = (3.0, 6.0, 10.0, 20.0)
+GAINS = (3.0, 10.0, 20.0, 40.0)
 ROOM_AZIMUTHS = 2
 
 
