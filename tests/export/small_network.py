@@ -23,9 +23,11 @@ class SmallBackbone(Backbone):
         return features
 
 
-def small_estimator(mode: Any = "masked", gain: float = 1.0, **card: Any) -> Estimator:
+def small_estimator(mode: Any = "masked", gain: float = 1.0, glow: float = 0.0, **card: Any) -> Estimator:
     """An untrained estimator of 24 x 32 pixels whose scores spread over the anchors."""
-    settings = ModelSettings(height=24, width=32, sparse_mode=mode, sparse_gain=gain, hidden=16)
+    settings = ModelSettings(
+        height=24, width=32, sparse_mode=mode, sparse_gain=gain, glow_gain=glow, hidden=16
+    )
     torch.manual_seed(3)
     model = MixLightNet(settings)
     model.backbone = SmallBackbone()

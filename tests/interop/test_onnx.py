@@ -32,8 +32,9 @@ pytestmark = [pytest.mark.interop, pytest.mark.slow]
 PARITY = 1e-4
 """Largest difference from PyTorch, relative to the largest value of that output for that photo."""
 
-STORED = {"float16": 0.01, "int8": 0.1}
-"""The same for narrowed weights; what this means for pictures is in experiments/results/onnx.json."""
+STORED = {"float16": 0.01, "int8": 0.05}
+"""For narrowed weights: largest difference of the irradiance on surfaces facing six ways, relative to its
+largest value. What they mean for pictures is in experiments/results/onnx.json."""
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "src/mixlight/assets/examples").glob("*.jpg"))
 
@@ -116,6 +117,12 @@ def difference(found: Outputs, expected: Outputs) -> float:
     return worst
 
 
+def irradiance(found: Outputs) -> Tensor:
+    """[batch, 6, 3]: on surfaces that face +X, +Y, +Z, -X, -Y and -Z."""
+    light = Lighting(found["ambient"], found["anchor_energy"])
+    return light.irradiance(torch.cat([torch.eye(3), -torch.eye(3)]))
+
+
 def test_onnxruntime_gives_pytorchs_light(estimator: Estimator, exported: Path) -> None:
     for name, photos in batches(estimator).items():
         assert (
@@ -141,18 +148,21 @@ def test_narrowed_weights_run_everywhere_and_change_little(
     store(proto, precision)
     model = tmp_path / "narrow.onnx"
     model.write_bytes(proto.SerializeToString())
-    assert model.stat().st_size < {"float16": 0.52, "int8": 0.29}[precision] * (
+    assert model.stat().st_size < {"float16": 0.52, "int8": 0.3}[precision] * (
         (exported / "mixlight.onnx").stat().st_size
     )
     photos = batches(estimator)["photos and noise"][:2]
     native = by_onnxruntime(model, photos)
-    assert 0 < difference(native, by_torch(estimator, photos)) <= STORED[precision]
+    expected = irradiance(by_torch(estimator, photos))
+    change = (irradiance(native) - expected).abs().amax((1, 2)) / expected.amax((1, 2))
+    assert (change > 0).all()
+    assert (change <= STORED[precision]).all()
     assert difference(by_node(model, photos, tmp_path), native) <= PARITY
 
 
-@pytest.mark.parametrize("mode", MODES)
-def test_every_sparse_layer_is_exported(mode: Any) -> None:
-    estimator = small_estimator(mode, gain=3.0)
+@pytest.mark.parametrize(("mode", "glow"), [*((mode, 0.0) for mode in MODES), ("masked", 4.0)])
+def test_every_sparse_layer_is_exported(mode: Any, glow: float) -> None:
+    estimator = small_estimator(mode, gain=1.0 if glow else 3.0, glow=glow)
     proto = to_onnx(estimator).SerializeToString()
     for count in (1, 2, 7):
         photos = torch.rand(count, 3, 24, 32, generator=torch.Generator().manual_seed(count))
