@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--renderer", choices=("mitsuba", "blender"), default="mitsuba", help="(default: %(default)s)"
     )
     parser.add_argument(
-        "--samples", type=_whole(32, 65536), default=256, metavar="N",
+        "--samples", type=_whole(32, 65536), default=128, metavar="N",
         help="samples for each pixel, at most (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(

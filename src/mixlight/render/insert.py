@@ -18,11 +18,11 @@ ROUGH = 96
 VISIBLE = 0.01
 """Relative change of the ground's light from which on a pixel belongs to the region."""
 
-SHADOW_PIXELS = 3e5
+SHADOW_PIXELS = 2e5
 """A region of more pixels gets its shadow from a smaller picture, but for the surroundings of the object:
 far from what throws it, a shadow has no detail."""
 
-BUDGET = 3e7
+BUDGET = 1.5e7
 """Samples in all; larger objects get fewer for each pixel, as their noise is finer."""
 
 RUNS = 8
@@ -45,7 +45,7 @@ def insert(
     photo: Float[np.ndarray, "height width 3"],
     render: Renderer,
     *,
-    samples: int = 256,
+    samples: int = 128,
     seed: int = 0,
 ) -> Layers:
     """Render the object into the photo.
@@ -155,7 +155,7 @@ def _shrunk(scene: InsertionScene, factor: float) -> InsertionScene:
 def _each(samples: int, region: Region) -> int:
     """Samples for each pixel in each run."""
     affordable = int(BUDGET / (region.width * region.height))
-    return max(4, min(samples, affordable) // RUNS)
+    return max(2, min(samples, affordable) // RUNS)
 
 
 def _enlarged(
