@@ -139,7 +139,7 @@ def to_blender_usda(rig: Rig) -> str:
     >>> from mixlight.export.rig import make_rig
     >>> from mixlight.light import Lighting
     >>> rig = make_rig(Lighting(torch.zeros(9, 3), 2 * torch.eye(128)[:, :1].expand(-1, 3)), height=16)
-    >>> print(to_blender_usda(rig).splitlines()[-4].strip())
+    >>> print(to_blender_usda(rig).splitlines()[-3].strip())
     float inputs:intensity = 0.5
     """
     lines = [
