@@ -112,7 +112,7 @@ def test_photos_of_one_name_keep_apart(run: Run, photo: Path, fake: FakeEstimato
 
 def test_json_lines_are_as_documented(run: Run, photo: Path, fake: FakeEstimator, tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text()
-    good, bad = (json.loads(line) for line in re.findall(r"^\{.*\}$", page, re.MULTILINE))
+    good, bad = (json.loads(line) for line in re.findall(r'^\{"input".*\}$', page, re.MULTILINE))
     _, said, _ = run("estimate", photo, tmp_path / "missing.jpg", "--out", tmp_path / "out", "--json")
     lines = [json.loads(line) for line in said.splitlines()]
     assert [list(line) for line in lines] == [list(good), list(bad)]

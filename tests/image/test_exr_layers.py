@@ -33,7 +33,7 @@ def test_another_library_finds_the_layers_in_their_window(tmp_path: Path) -> Non
         letters = {1: "Y", 3: "RGB", 4: "RGBA"}[values.shape[2]]
         picked = pixels[..., [names.index(f"{layer}.{letter}") for letter in letters]]
         np.testing.assert_array_equal(picked, values)
-    assert spec.getattribute("ImageDescription") == "hello"
+    assert spec.getattribute("comment") == "hello"
 
 
 def test_the_nameless_layer_is_the_picture(tmp_path: Path) -> None:
@@ -42,6 +42,7 @@ def test_the_nameless_layer_is_the_picture(tmp_path: Path) -> None:
     np.testing.assert_array_equal(exr.read(tmp_path / "a.exr")[0], picture)
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize(
     "layers",
     [

@@ -43,11 +43,14 @@ def test_many_strips(tmp_path: Path) -> None:
 def test_profile_and_gamma_come_back(tmp_path: Path) -> None:
     samples = np.zeros((2, 2, 3), np.uint8)
     png.write(tmp_path / "a.png", samples, profile=b"some profile")
-    assert Image.open(tmp_path / "a.png").info["icc_profile"] == b"some profile"
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.info["icc_profile"] == b"some profile"
     png.write(tmp_path / "b.png", samples, gamma=1.8)
-    assert Image.open(tmp_path / "b.png").info["gamma"] == pytest.approx(1 / 1.8, abs=1e-5)
+    with Image.open(tmp_path / "b.png") as picture:
+        assert picture.info["gamma"] == pytest.approx(1 / 1.8, abs=1e-5)
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize(
     "samples",
     [

@@ -2,10 +2,8 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator
 from typing import Any
 
-import jaxtyping
 import pytest
 import torch
 from hypothesis import given, settings
@@ -27,14 +25,6 @@ TERMS = set(OFF)
 @pytest.fixture(scope="module")
 def loss() -> TotalLoss:
     return TotalLoss(LossWeights(), 128, SHARPNESS, HEIGHT)
-
-
-@pytest.fixture
-def unchecked() -> Iterator[None]:
-    """Shape checks switched off, as users have them: then our own errors must catch the nonsense."""
-    jaxtyping.config.update("jaxtyping_disable", True)
-    yield
-    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 def truth(batch: int = 2, gain: float = 1.0) -> dict[str, Tensor]:

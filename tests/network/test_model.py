@@ -1,9 +1,7 @@
 """The network: settings that come back from a card, and light relative to the photo's mean colour."""
 
 import dataclasses
-from collections.abc import Iterator
 
-import jaxtyping
 import numpy as np
 import pytest
 import torch
@@ -23,14 +21,6 @@ def network() -> MixLightNet:
     with torch.random.fork_rng():
         torch.manual_seed(0)
         return MixLightNet(SETTINGS).eval()
-
-
-@pytest.fixture
-def unchecked() -> Iterator[None]:
-    """Shape and type checks switched off, as users have them: then our own errors must catch the nonsense."""
-    jaxtyping.config.update("jaxtyping_disable", True)
-    yield
-    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 def photos(batch: int = 2, seed: int = 0) -> Tensor:
