@@ -45,7 +45,7 @@ def test_a_colour_has_three_parts() -> None:
         (b'{"a": NaN}', "expected finite numbers, received NaN"),
         (b'{"a": -Infinity}', "expected finite numbers, received -Infinity"),
         (b"[" * 100_000, "expected JSON, received endless nesting"),
-        (b"\xff\xfe\x00", "decode"),
+        (b"\xff\xfe\x00", "expected JSON, received no text"),
     ],
 )
 def test_what_is_no_json_is_refused_with_the_files_name(

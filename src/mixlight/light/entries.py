@@ -30,7 +30,9 @@ def load(path: str | os.PathLike[str]) -> Any:
         return json.loads(Path(path).read_bytes(), parse_constant=_refuse)
     except RecursionError:
         raise ValueError(f"{os.fspath(path)}: expected JSON, received endless nesting") from None
-    except ValueError as error:  # also of json and of the decoder
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{os.fspath(path)}: expected JSON, received no text: {error}") from error
+    except ValueError as error:  # also of json
         raise ValueError(f"{os.fspath(path)}: {error}") from error
 
 
