@@ -64,10 +64,15 @@ def test_pixels_that_nothing_touches_are_the_photos_bit_for_bit() -> None:
 def test_highlights_darken_no_more_than_white_paper() -> None:
     pixel = np.ones((1, 1, 3))
     scene, photo = _scene()
-    photo[:] = 5.0  # brighter than albedo 1 can be under an irradiance of pi
+    photo[:] = (
+        5.0  # brighter than albedo 1 can be under an irradiance of pi, and than the ground at the object
+    )
     layers = insert(scene, photo, PlainRenderer())
     deepest = layers.shadow.min()
     assert deepest == pytest.approx(-(1 - SHADE) * 1.0, rel=1e-6)
+    # But where all the ground is that bright, the light was estimated too dim.
+    bright = replace(scene, ground=replace(scene.ground, mean_radiance=np.full(3, 4.0)))
+    assert insert(bright, photo, PlainRenderer()).shadow.min() == pytest.approx(-(1 - SHADE) * 5.0, rel=1e-6)
     assert (
         composite(4 * pixel, Layers(Region(0, 0, 1, 1), 0 * pixel, pixel[..., 0] * 0, -9 * pixel)).min() == 0
     )

@@ -1,11 +1,13 @@
 """Differential rendering: the object and its shadow laid into a photo, in linear light.
 
     composite = object + (1 - coverage) (photo + shadow)
-    shadow = min(photo, E / pi) (with - without) / without
+    shadow = min(photo, b) (with - without) / without
 
-`object` is premultiplied by its coverage; E is the irradiance of the free ground. The quotient is how much
-the object changes the light on the ground; a matte surface changes in proportion. What is brighter than a
-white matte surface can be, E / pi, is a highlight or a lamp and changes no more than that surface would.
+`object` is premultiplied by its coverage. The quotient is how much it changes the light on the
+ground; a matte surface changes in proportion. What is brighter than b, a highlight or a lamp, changes no more
+than a surface of that brightness would: b is the radiance E / pi of a white surface in the irradiance E of the
+free ground, or twice that of the ground around the object where that is more, as the light may be estimated
+too dim.
 
 Source: P. Debevec, Rendering synthetic objects into real scenes, 1998.
 """
@@ -23,6 +25,9 @@ __all__ = ["Layers", "composite", "make_layers", "relative_change"]
 
 UNTOUCHED = 3e-3
 """A relative change of the light on the ground below this is none."""
+
+HIGHLIGHT = 2.0
+"""What is so many times as bright as the ground around the object is not ground in another light."""
 
 FADE = (0.6, 0.95)
 """Between these shares of the ground patch's half side the shadow fades out, and over this many pixels:"""
@@ -82,7 +87,8 @@ def make_layers(
     beauty = np.zeros_like(change)
     beauty[inside] = np.where((renders.coverage > 0)[..., None], np.maximum(held, 0), 0.0)
     here = photo[region.slices].astype(np.float64)
-    shadow = np.minimum(here, scene.irradiance / math.pi) * change
+    brightest = np.maximum(scene.irradiance / math.pi, HIGHLIGHT * scene.ground.mean_radiance)
+    shadow = np.minimum(here, brightest) * change
     shadow[coverage >= 1] = 0
     return Layers(region, beauty, coverage, shadow)
 

@@ -64,6 +64,8 @@ class Ground:
     """Row 0 lies farthest away (-Z), column 0 to the left (-X)."""
     mean_albedo: Float[np.ndarray, "3"]
     """Of the ground around the point of contact."""
+    mean_radiance: Float[np.ndarray, "3"]
+    """What the photo shows there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,10 +150,17 @@ def make_ground(
     albedo = np.clip(photo[i, j] * math.pi / irradiance, *ALBEDO)
     distance = np.hypot(x - centre[0], z - centre[2]) / size
     near = seen & (distance < 1.0)
-    mean = albedo[near].mean(0) if near.any() else np.clip(photo.mean((0, 1)) * math.pi / irradiance, *ALBEDO)
+    radiance = photo[i[near], j[near]].mean(0) if near.any() else photo.mean((0, 1))
+    mean = albedo[near].mean(0) if near.any() else np.clip(radiance * math.pi / irradiance, *ALBEDO)
     # Far from the object the photo no longer shows ground, but whatever stands on it.
     trust = np.where(seen, np.clip((3.0 - distance) / 1.5, 0, 1), 0)[..., None]
-    return Ground(centre, half, trust * albedo + (1 - trust) * mean, np.asarray(mean))
+    return Ground(
+        centre,
+        half,
+        trust * albedo + (1 - trust) * mean,
+        np.asarray(mean),
+        np.asarray(radiance, dtype=np.float64),
+    )
 
 
 def make_scene(
