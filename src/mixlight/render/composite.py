@@ -3,11 +3,11 @@
     composite = object + (1 - coverage) (photo + shadow)
     shadow = min(photo, b) (with - without) / without
 
-`object` is premultiplied by its coverage. The quotient is how much it changes the light on the
-ground; a matte surface changes in proportion. What is brighter than b, a highlight or a lamp, changes no more
-than a surface of that brightness would: b is the radiance E / pi of a white surface in the irradiance E of the
-free ground, or twice that of the ground around the object where that is more, as the light may be estimated
-too dim.
+`object` is premultiplied by its coverage. The quotient is how much it changes the light on the ground; a
+matte surface changes in proportion. What is brighter than b, a highlight or a lamp, changes no more than a
+surface of that brightness would: b is the radiance E / pi of a white surface in the irradiance E of the free
+ground, or twice that of the ground around the object where that is more, as the light may be estimated too
+dim.
 
 Source: P. Debevec, Rendering synthetic objects into real scenes, 1998.
 """
