@@ -38,6 +38,7 @@ from onnxruntime.quantization import (
 from onnxruntime.transformers.float16 import convert_float_to_float16
 from torch import Tensor
 
+from mixlight.app.self_test import digest
 from mixlight.data.evaluation_set import EvaluationSample, collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
 from mixlight.export.onnx import OUTPUTS, to_onnx
@@ -45,6 +46,7 @@ from mixlight.export.onnx_precision import PRECISIONS, store
 from mixlight.image.atomic import atomic_path
 from mixlight.light.lighting import Lighting
 from mixlight.network.estimator import Estimator, to_lighting
+from mixlight.network.weights import find
 from mixlight.render.spheres import SphereRenderer
 from mixlight.training.card import commit, versions
 from mixlight.training.validation import SPHERES, score_spheres
@@ -85,7 +87,8 @@ def main() -> None:
     result: dict[str, Any] = {
         "commit": commit(),
         "versions": versions() | {"onnxruntime": onnxruntime.__version__},
-        "model": {key: estimator.card.get(key) for key in ("name", "commit")},
+        "model": {key: estimator.card.get(key) for key in ("name", "commit")}
+        | {"sha256": digest(find(arguments.model))},
         "split": "val",
         "views": len(samples),
         "scenes": len({sample.scene for sample in samples}),

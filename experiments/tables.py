@@ -354,8 +354,8 @@ def onnx_basis() -> str:
         return ""
     made, model = found["versions"], found["model"]
     return (
-        f"Model `{model['name']}` ({model['commit']}), {found['views']} views of {found['scenes']} scenes of "
-        f"the split `val`; commit `{found['commit']}`, onnxruntime {made['onnxruntime']}, "
+        f"Model `{model['name']}` (SHA-256 {model['sha256'][:12]}…), {found['views']} views of "
+        f"{found['scenes']} scenes of the split `val`; commit `{found['commit']}`, onnxruntime {made['onnxruntime']}, "
         f"torch {made['torch']}.\n"
     )
 
