@@ -355,8 +355,8 @@ def onnx_basis() -> str:
     made, model = found["versions"], found["model"]
     return (
         f"Model `{model['name']}` (SHA-256 {model['sha256'][:12]}…), {found['views']} views of "
-        f"{found['scenes']} scenes of the split `val`; commit `{found['commit']}`, onnxruntime {made['onnxruntime']}, "
-        f"torch {made['torch']}.\n"
+        f"{found['scenes']} scenes of the split `val`; commit `{found['commit']}`, "
+        f"onnxruntime {made['onnxruntime']}, torch {made['torch']}.\n"
     )
 
 
