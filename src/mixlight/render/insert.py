@@ -22,7 +22,7 @@ SHADOW_PIXELS = 2e5
 """A region of more pixels gets its shadow from a smaller picture, but for the surroundings of the object:
 far from what throws it, a shadow has no detail."""
 
-BUDGET = 1.5e7
+BUDGET = 8e6
 """Samples in all; larger objects get fewer for each pixel, as their noise is finer."""
 
 RUNS = 8
