@@ -2,7 +2,8 @@
 
 The step holds the heads, every loss with the rendered spheres, clipping, the optimiser and the moving
 average.
-Batches come from loader processes in training and are not part of either side.
+Batches come from loader processes in training and are not part of either side. Views have the size that the
+model in the box was trained on.
 """
 
 import tempfile
@@ -12,6 +13,7 @@ import numpy as np
 
 from benchmarks.timing import Result, side_by_side
 from mixlight.image import radiance
+from mixlight.network.estimator import Estimator
 from mixlight.training.config import read_config
 from mixlight.training.loop import Run
 from mixlight.training.schedule import set_training_mode
@@ -30,7 +32,11 @@ def measure() -> Result:
             )
             rows.append(f"{split},{split}.hdr,{split},indoor")
         (folder / "table.csv").write_text("\n".join(rows) + "\n")
-        (folder / "config.toml").write_text(f'tables = ["table.csv"]\nbatch_size = {SIZE}\n')
+        shipped = Estimator.load().model.settings
+        (folder / "config.toml").write_text(
+            f'tables = ["table.csv"]\nbatch_size = {SIZE}\n'
+            f"[model]\nheight = {shipped.height}\nwidth = {shipped.width}\n"
+        )
         run = Run(read_config(folder / "config.toml"), folder / "run", resume=False, cache=folder)
         batch = run.training_set.batch(0, 0, SIZE)
         backbone = run.model.backbone
@@ -43,6 +49,9 @@ def measure() -> Result:
         return side_by_side(
             "e",
             1.15,
-            ("training step, 32 views of 96x128", lambda: run.train_step(batch)),
+            (
+                f"training step, {SIZE} views of {shipped.height}x{shipped.width}",
+                lambda: run.train_step(batch),
+            ),
             ("backbone forward and backward", bare),
         )
