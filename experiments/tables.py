@@ -288,9 +288,10 @@ def trials() -> str:
     rows = []
     for trial in found["trials"]:
         cells = [f"{trial['best'][cell]:.3f}" for cell in trial["best"]]
-        rows.append([trial["run"], f"{trial['best_step']} of {trial['last_step']}", *cells])
+        score = "–" if trial["best_score"] is None else f"{trial['best_score']:.4f}"
+        rows.append([trial["run"], f"{trial['best_step']} of {trial['last_step']}", score, *cells])
     names = [cell.replace("/", " ") for cell in found["trials"][0]["best"]]
-    return _table(("run", "step", *names), rows)
+    return _table(("run", "step", "score", *names), rows)
 
 
 def glow() -> str:

@@ -41,13 +41,22 @@ def main() -> None:
                 "config": {key: configs[run.name].get(key) for key in differing},
                 "last_step": checks[-1]["step"],
                 "best_step": best["step"],
+                "best_score": _score(best),
                 "best": {cell: best[cell] for cell in CELLS},
-                "curve": [{"step": c["step"]} | {cell: c[cell] for cell in CELLS} for c in checks],
+                "curve": [
+                    {"step": c["step"], "score": _score(c)} | {cell: c[cell] for cell in CELLS}
+                    for c in checks
+                ],
             }
         )
         print(f"{run.name:10s} best at {best['step']:5d}", *(f"{best[cell]:.3f}" for cell in CELLS))
     with atomic_path(arguments.out) as temporary:
         Path(temporary).write_text(json.dumps({"split": "val", "trials": trials}, indent=1) + "\n")
+
+
+def _score(check: dict[str, Any]) -> float | None:
+    """The score that chooses; None where an early run had another one, without a part for each kind."""
+    return float(check["score"]) if "real/score" in check else None
 
 
 def _flat(values: dict[str, Any], where: str = "") -> dict[str, Any]:
