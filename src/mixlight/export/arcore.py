@@ -3,10 +3,9 @@
 from pathlib import Path
 
 from mixlight.export import sh
-from mixlight.export.probe import Probe, describe, from_words, make_probe, to_words
+from mixlight.export.probe import Probe, describe, load_probe, make_probe, to_words
 from mixlight.export.readme import write_readme
 from mixlight.export.rig import Rig
-from mixlight.light import entries
 from mixlight.light.document import dumps, numbers
 
 __all__ = ["FILE", "read", "write"]
@@ -52,16 +51,6 @@ def read(folder: Path) -> Probe:
         ValueError: no such file; the message names the file and the entry.
         OSError: the file cannot be read.
     """
-    path = folder / FILE
-    document = entries.load(path)
-    try:
-        found = entries.mapping(document, "the document")
-        return from_words(
-            found,
-            "arcore",
-            sh.read_document(found.get("ambientSphericalHarmonics"), "arcore"),
-            entries.rgb(found.get("mainLightDirection"), "mainLightDirection"),
-            entries.rgb(found.get("mainLightIntensity"), "mainLightIntensity", minimum=0),
-        )
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+    return load_probe(
+        folder / FILE, "arcore", "ambientSphericalHarmonics", "mainLightDirection", "mainLightIntensity"
+    )

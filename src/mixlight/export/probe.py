@@ -1,21 +1,23 @@
 """One main light and harmonics of all other light: what a phone tells its apps."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from mixlight.export import sh
 from mixlight.export.reading import make_light
 from mixlight.export.rig import Rig, light_harmonics
 from mixlight.light import entries
 from mixlight.light.document import numbers
 from mixlight.light.lights import Light
 
-__all__ = ["Probe", "describe", "from_words", "make_probe", "to_words"]
+__all__ = ["Probe", "describe", "from_words", "load_probe", "make_probe", "to_words"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,3 +149,39 @@ def from_words(
         about.get("name"), direction, irradiance, about.get("angular_diameter_deg"), "main_light"
     )
     return Probe(harmonics, main, on, float(gain), name)
+
+
+def load_probe(
+    path: Path,
+    target: str,
+    harmonics: str,
+    direction: str,
+    intensity: str,
+    vector: Callable[[Any, str], list[float]] = entries.rgb,
+) -> Probe:
+    """The probe of a consumer's file, exact to float32.
+
+    Args:
+        path: the file.
+        target: the name of its target.
+        harmonics: the entry with the coefficients.
+        direction: the entry that points towards the main light.
+        intensity: the entry with its irradiance.
+        vector: how three numbers are read from an entry, which it names in errors.
+
+    Raises:
+        ValueError: no such file; the message names the file and the entry.
+        OSError: the file cannot be read.
+    """
+    document = entries.load(path)
+    try:
+        found = entries.mapping(document, "the document")
+        return from_words(
+            found,
+            target,
+            sh.read_document(found.get(harmonics), target),
+            vector(found.get(direction), direction),
+            vector(found.get(intensity), intensity),
+        )
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from mixlight.export import sh
-from mixlight.export.probe import Probe, describe, from_words, make_probe, to_words
+from mixlight.export.probe import Probe, describe, load_probe, make_probe, to_words
 from mixlight.export.readme import write_readme
 from mixlight.export.rig import Rig
 from mixlight.light import entries
@@ -57,19 +57,14 @@ def read(folder: Path) -> Probe:
         ValueError: no such file; the message names the file and the entry.
         OSError: the file cannot be read.
     """
-    path = folder / FILE
-    document = entries.load(path)
-    try:
-        found = entries.mapping(document, "the document")
-        return from_words(
-            found,
-            "webxr",
-            sh.read_document(found.get("sphericalHarmonicsCoefficients"), "webxr"),
-            _xyz(found.get("primaryLightDirection"), "primaryLightDirection"),
-            _xyz(found.get("primaryLightIntensity"), "primaryLightIntensity"),
-        )
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+    return load_probe(
+        folder / FILE,
+        "webxr",
+        "sphericalHarmonicsCoefficients",
+        "primaryLightDirection",
+        "primaryLightIntensity",
+        _xyz,
+    )
 
 
 def _point(xyz: list[float], w: float) -> dict[str, float]:
