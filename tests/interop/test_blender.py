@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from PIL import Image
 from torch import Tensor
 
+from mixlight.blender.program import run
 from mixlight.export import blender as target
 from mixlight.export import usd
 from mixlight.export.rig import Rig, make_rig
 from mixlight.image import exr
 from mixlight.light.document import save
 from mixlight.light.lights import Light
-from mixlight.render.blender import run
 from mixlight.sphere import equirect
 from mixlight.sphere.calibration import CARD_AXES, CARD_COLOURS, CARD_RADIANCE
 from mixlight.sphere.frames import convert_directions

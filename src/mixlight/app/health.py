@@ -181,7 +181,7 @@ def programs() -> Iterator[Check]:
 
 
 def _blender() -> Check:
-    from mixlight.render.blender import BlenderError, BlenderMissing, find_blender, install_commands, run
+    from mixlight.blender.program import BlenderError, BlenderMissing, find_blender, install_commands, run
 
     command = " && ".join(install_commands().splitlines())
     try:

@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(f"--layers {arguments.layers}: expected a name that ends in .exr")
     if arguments.layers is not None and arguments.layers.resolve() == arguments.out.resolve():
         raise UsageError(f"--layers {arguments.layers}: expected another file than --out")
-    from mixlight.render.blender import BlenderError
+    from mixlight.blender.program import BlenderError
 
     start = time.perf_counter()
     try:

@@ -1,6 +1,6 @@
 """Blender's Cycles as the renderer of insertions: the same scene as in Mitsuba, in a program of its own.
 
-Blender runs in a separate process (`mixlight.render.blender`); the scene is handed over in
+Blender runs in a separate process (`mixlight.blender.program`); the scene is handed over in
 a temporary folder.
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
+from mixlight.blender import program
 from mixlight.image import exr
-from mixlight.render import blender
 from mixlight.render.insertion import InsertionScene, Region, Renders
 from mixlight.render.mitsuba import MAX_DEPTH
 from mixlight.render.model import Part
@@ -33,7 +33,7 @@ def check() -> None:
     Raises:
         BlenderMissing: there is none; the message holds the commands that install it.
     """
-    blender.find_blender()
+    program.find_blender()
 
 
 def render(scene: InsertionScene, region: Region, *, samples: int, runs: int = 1, seed: int = 0) -> Renders:
@@ -46,11 +46,11 @@ def render(scene: InsertionScene, region: Region, *, samples: int, runs: int = 1
     with tempfile.TemporaryDirectory(prefix="mixlight-") as name:
         folder = Path(name)
         _write(scene, region, folder, samples, runs, seed)
-        blender.run(_SCRIPT, [folder], timeout=TIMEOUT)
+        program.run(_SCRIPT, [folder], timeout=TIMEOUT)
         found = {kind: np.load(folder / f"{kind}.npy") for kind in ("scene", "ground", "coverage")}
     for kind, picture in found.items():
         if picture.shape[1:3] != (region.height, region.width):
-            raise blender.BlenderError(
+            raise program.BlenderError(
                 f"expected a {kind} of {region.width} x {region.height} pixels from Blender, "
                 f"received {picture.shape[2]} x {picture.shape[1]}"
             )
