@@ -119,7 +119,7 @@ class Opening:
     """Thickness of the wall there in metres."""
     details: dict[str, Any] = field(default_factory=dict)
     """Plain values: frame (Surface fields), mullions (columns, rows), dressing (none, curtain,
-    sheer, venetian, roller), drawn (share of the window that the dressing covers), angle (of a door in rad)."""
+    sheer, venetian, roller), drawn (share of the window that the dressing covers), angle (of a door, rad)."""
 
 
 @dataclass(frozen=True)
