@@ -98,6 +98,10 @@ class Space:
     floor: Surface
     ceiling: Surface
     skirting: Surface | None = None
+    details: dict[str, Any] = field(default_factory=dict)
+    """Plain values of what is built in, each key optional (`mixlight.data.rooms.shell` reads them):
+    beams, columns (each a list of [x0, y0, x1, y1, z0, z1] in the room frame), bands (of other material on a
+    wall), cornice, grid (of a suspended ceiling)."""
 
 
 @dataclass(frozen=True)
