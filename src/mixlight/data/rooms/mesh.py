@@ -33,6 +33,8 @@ class Emission:
     radiance: tuple[float, float, float]
     """Linear Rec.709, in W/(m² sr) of a unit where 683 lm are 1 (so 1.0 is 683 cd/m²)."""
     two_sided: bool = False
+    reflectance: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Diffuse reflectance of the face itself, which is what shows of a lamp that is off."""
 
 
 @dataclass(frozen=True)

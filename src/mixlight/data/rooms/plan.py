@@ -193,6 +193,10 @@ class Sky:
     sun_temperature: float = 5500.0
     sun_angle: float = 0.00935
     """Angular diameter in radians."""
+    seed: int = 0
+    """Of the clouds and the skyline of an analytic sky."""
+    cloud: float = 0.0
+    """Share of an analytic sky that clouds cover, 0 to 1."""
 
 
 @dataclass(frozen=True)
