@@ -1,7 +1,8 @@
 """Outdoor panoramas as skies for rendered rooms: the sun taken out, the rest on one scale.
 
 Paths through a window hardly ever find a sun of half a degree in a panorama, and a panorama's own scale is
-anyone's. So each becomes a map without its sun, whose light on open ground is 1, and a few numbers on the sun.
+anyone's. So each becomes a map without its sun, whose light on open ground is 1, and a few numbers on that
+sun.
 """
 
 from __future__ import annotations
@@ -39,6 +40,12 @@ _CAP = 8.0
 """Light above this many times the mean of the upper half is the sun's (or a lamp's)."""
 _ONE_SOURCE = 0.9
 _MANY_SOURCES = 0.65
+_LAMP = 2000.0
+"""Lamps are at least so many times brighter than the mean."""
+_DARK = 0.35
+"""The median of a sky at night lies below this share of the mean, which is the lamps'."""
+_FAINT_SUN = 0.02
+"""A sun that gives less than this share of the sky's light stays in the map."""
 _LOW_SUN = math.radians(10.0)
 _NIGHT = re.compile("night|moon|midnight")
 _DUSK = re.compile("dusk|dawn|sunset|sunrise|evening|twilight")
@@ -83,8 +90,9 @@ def analyse(
 
     All light above eight times the mean of the upper half is a source's. Where nine tenths of it lie within 6
     degrees of the brightest texel, above the horizon, that is the sun: what exceeds the limit there goes.
-    Where less than two thirds do, the sources are lamps, which stay, and it is night; the name tells, too
-    (`night`, `moon`; `dusk`, `dawn`, `sunset` ...). A sun below 10 degrees makes it dusk. The moon is no sun.
+    The name tells the time (`night`, `moon`; `dusk`, `dawn`, `sunset` ...). Where it does not, several strong
+    sources before a sky that is mostly dark are lamps, and it is night; a sun below 10 degrees makes it dusk.
+    Lamps stay in the map, and so does the moon.
 
     Returns:
         The map with a horizontal illuminance of 1, and the fields `time`, `sun_direction`, `sun_ratio` and
@@ -110,21 +118,28 @@ def analyse(
     sun = (excess * near[..., None]).sum((0, 1))
     concentrated = float(sun @ weights) / total if total > 0 else 0.0
     is_sun = concentrated > _ONE_SOURCE and float(brightest[1]) > 0.02
+    lamps = concentrated < _MANY_SOURCES and float(luminance.max()) > _LAMP * mean
     time: Time = "day"
-    if _NIGHT.search(name) or (total > 0.3 * mean and concentrated < _MANY_SOURCES):
+    if _NIGHT.search(name):
         time = "night"
-    elif _DUSK.search(name) or (is_sun and math.asin(float(brightest[1])) < _LOW_SUN):
+    elif _DUSK.search(name):
+        time = "dusk"
+    elif lamps and float(luminance[upper].median()) < _DARK * mean:
+        time = "night"
+    elif is_sun and math.asin(float(brightest[1])) < _LOW_SUN:
         time = "dusk"
     facts: dict[str, Any] = {"time": time}
-    sky = panorama
-    if is_sun and time != "night":
-        sky = torch.where(near[..., None], panorama * share, panorama)
+    sky = torch.where(near[..., None], panorama * share, panorama)
+    ratio = float(sun @ weights) / horizontal_illuminance(sky)
+    if is_sun and time != "night" and ratio > _FAINT_SUN:
         x, y, z = (float(c) for c in brightest)
         facts |= {
             "sun_direction": (x, -z, y),
-            "sun_ratio": float(sun @ weights) / horizontal_illuminance(sky),
+            "sun_ratio": ratio,
             "sun_temperature": _temperature(sun),
         }
+    else:
+        sky = panorama
     return sky / horizontal_illuminance(sky), facts
 
 

@@ -45,8 +45,8 @@ def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ())
 
     The sky's light on open ground follows the height of the sun where there is one, E = 800 + 15500
     sqrt(sin h) lux under a clear sky; overcast days have 3 to 25 thousand lux, dusk 30 to 2000, night .2 to
-    15. The sun keeps its ratio to the sky, up to the 128 klx exp(-.2 / sin h) of clear air. Four in ten suns are
-    turned so that they shine in at a window.
+    15. The sun keeps its ratio to the sky, up to the 128 klx exp(-.2 / sin h) of clear air. Four in ten suns
+    are turned so that they shine in at a window.
 
     Args:
         plan: the room with its openings.
