@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 from jaxtyping import Bool, Float
 from torch import Tensor
@@ -22,6 +22,7 @@ SCENES: tuple[Scene, ...] = ("M", "S")
 _RESOLUTION_M = 64
 
 
+@runtime_checkable
 class Renderer(Protocol):
     """Draws the diffuse, the matte and the mirror sphere, one at a time, under maps of 128x256.
 
@@ -35,7 +36,7 @@ class Renderer(Protocol):
 
     @property
     def frame(self) -> tuple[int, int]:
-        """Rows and columns of the whole picture. `render` may cut it to the sphere: what lies outside is 0."""
+        """Rows and columns of the whole picture; `render` may cut it to the sphere (outside it is 0)."""
 
     @property
     def mask(self) -> Bool[Tensor, "height width"]:
