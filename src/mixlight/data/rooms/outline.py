@@ -133,7 +133,7 @@ def contains(outline: Sequence[Point2], point: Point2, margin: float = 0.0) -> b
 
 
 def contains_rectangle(outline: Sequence[Point2], rectangle: Rectangle, margin: float = 0.0) -> bool:
-    """Whether a rectangle lies in the outline, `margin` metres from every wall (negative: may touch and enter).
+    """Whether a rectangle lies in the outline, `margin` metres from every wall (negative: may enter them).
 
     >>> l_shape = ((0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4))
     >>> contains_rectangle(l_shape, (0.5, 0.5, 3.5, 1.5)), contains_rectangle(l_shape, (1.0, 1.0, 3.0, 3.0))
