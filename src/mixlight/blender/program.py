@@ -9,6 +9,7 @@ import signal
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
+from typing import IO
 
 __all__ = ["VARIABLE", "BlenderError", "BlenderMissing", "find_blender", "install_commands", "run"]
 
@@ -101,15 +102,47 @@ def run(
         OSError: the script cannot be read.
     """
     path = Path(script).absolute()
-    with path.open("rb"):  # Blender itself goes on without a script that is missing
+    process = start(
+        path, arguments, blender=blender, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE
+    )
+    try:
+        raw, _ = process.communicate(timeout=timeout)
+    except BaseException as error:
+        end(process)
+        raw, _ = process.communicate()
+        if isinstance(error, subprocess.TimeoutExpired):
+            late = f"{path.name} in Blender: expected an end within {timeout:g} s, received none"
+            raise BlenderError(with_last_lines(late, decoded(raw))) from None
+        raise
+    output = decoded(raw)
+    if process.returncode:
+        raise failure(process.returncode, path, output)
+    return output
+
+
+def start(
+    script: Path,
+    arguments: Sequence[str | os.PathLike[str]],
+    *,
+    stdin: int,
+    stdout: int | IO[bytes],
+    blender: str | os.PathLike[str] | None = None,
+    cwd: str | os.PathLike[str] | None = None,
+) -> subprocess.Popen[bytes]:
+    """Start a script inside Blender, in a process group of its own; stderr goes where stdout does.
+
+    Raises:
+        BlenderMissing: no Blender.
+        OSError: the script cannot be read.
+    """
+    with script.open("rb"):  # Blender itself goes on without a script that is missing
         pass
     program = find_blender() if blender is None else Path(blender).absolute()
-    command = [str(program), *_options(program), str(path), "--", *(os.fspath(a) for a in arguments)]
     try:
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
+        return subprocess.Popen(
+            [str(program), *_options(program), str(script), "--", *(os.fspath(a) for a in arguments)],
+            stdin=stdin,
+            stdout=stdout,
             stderr=subprocess.STDOUT,
             cwd=cwd,
             start_new_session=True,  # so that a timeout ends its children too
@@ -118,21 +151,13 @@ def run(
         raise BlenderMissing(
             f"expected a program that runs, received {program}: {error.strerror or error}"
         ) from None
-    try:
-        raw, _ = process.communicate(timeout=timeout)
-    except BaseException as error:
-        _end(process)
-        raw, _ = process.communicate()
-        if isinstance(error, subprocess.TimeoutExpired):
-            late = f"{path.name} in Blender: expected an end within {timeout:g} s, received none"
-            raise BlenderError(_with_last_lines(late, _decoded(raw))) from None
-        raise
-    output = _decoded(raw)
-    if process.returncode:
-        if "No module named 'bpy'" in output:
-            raise BlenderMissing(f"expected a Python that can import bpy, received {program}")
-        raise BlenderError(_with_last_lines(f"{path.name} in Blender: {_status(process.returncode)}", output))
-    return output
+
+
+def failure(code: int, script: Path, output: str) -> BlenderError:
+    """The error for a Blender that ended by itself, from its exit status and what it said."""
+    if "No module named 'bpy'" in output:
+        return BlenderMissing("expected a Python that can import bpy, received one that cannot")
+    return BlenderError(with_last_lines(f"{script.name} in Blender: {status(code)}", output))
 
 
 def _home() -> Path:
@@ -151,7 +176,7 @@ def _options(program: Path) -> list[str]:
     return ["-I", "-u", "-c", _BOOTSTRAP]
 
 
-def _status(code: int) -> str:
+def status(code: int) -> str:
     if code > 0:
         return f"exit status {code}"
     try:
@@ -160,16 +185,16 @@ def _status(code: int) -> str:
         return f"ended by signal {-code}"
 
 
-def _decoded(raw: bytes) -> str:
+def decoded(raw: bytes) -> str:
     return raw.decode("utf-8", errors="replace")
 
 
-def _with_last_lines(message: str, output: str) -> str:
+def with_last_lines(message: str, output: str) -> str:
     lines = [line.rstrip() for line in output.splitlines() if line.strip()]
     return "\n".join([message, *(f"  {line}" for line in lines[-_LAST_LINES:])])
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def end(process: subprocess.Popen[bytes]) -> None:
     """Kill the process and whatever it started."""
     try:
         os.killpg(process.pid, signal.SIGKILL)
