@@ -14,6 +14,7 @@ from mixlight.data.rooms.outline import edges
 from mixlight.data.rooms.plan import Colour, Plan, Point3, Sky
 from mixlight.data.rooms.skies import OutdoorSky, Time, horizontal_illuminance
 from mixlight.data.rooms.sky_analytic import analytic_map
+from mixlight.data.rooms.switches import likely_times
 from mixlight.image import exr
 from mixlight.sphere import equirect
 
@@ -24,20 +25,6 @@ LUMENS_PER_UNIT = 683.0
 
 TURNS = 64
 """Skies are turned by whole parts of a turn, which roll their columns exactly."""
-
-_TIMES: dict[str, tuple[float, float, float]] = {
-    "living": (0.58, 0.17, 0.25),
-    "bedroom": (0.58, 0.17, 0.25),
-    "office": (0.80, 0.08, 0.12),
-    "kitchen": (0.62, 0.13, 0.25),
-    "bathroom": (0.60, 0.12, 0.28),
-    "hall": (0.70, 0.10, 0.20),
-    "corridor": (0.65, 0.10, 0.25),
-    "shop": (0.72, 0.13, 0.15),
-    "workshop": (0.80, 0.08, 0.12),
-    "empty": (0.85, 0.08, 0.07),
-}
-"""Day, dusk, night."""
 
 
 def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> Sky:
@@ -54,7 +41,7 @@ def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ())
         skies: what `read_skies` gave; without any the sky is analytic.
     """
     kind = plan.spaces[0].kind
-    time: Time = rng.choices(("day", "dusk", "night"), _TIMES.get(kind, (0.7, 0.1, 0.2)))[0]
+    time: Time = rng.choices(("day", "dusk", "night"), likely_times(kind))[0]
     fitting = [sky for sky in skies if sky.time == time]
     step = rng.randrange(TURNS)
     inward = rng.random() < 0.4
