@@ -7,12 +7,12 @@ from itertools import pairwise
 from random import Random
 from typing import Literal
 
-from mixlight.data.rooms.dressings import draw_windows
 from mixlight.data.rooms.footprints import DIMENSIONS, Outline, draw_height, draw_outline, millimetres
 from mixlight.data.rooms.outline import Edge, Rectangle, bounds, edges, holes_of, overlap
 from mixlight.data.rooms.palette import Palette, choose, draw_palette, floor, paint_colour, tiles
 from mixlight.data.rooms.plan import Opening, Space, Surface
 from mixlight.data.rooms.plan_json import surface_document
+from mixlight.data.rooms.window_plan import draw_windows
 
 __all__ = ["KIND_SHARES", "Building", "draw_building"]
 

@@ -1,0 +1,209 @@
+"""Which windows a room has, and what hangs before them; `windows` and `dressings` make their meshes."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import TYPE_CHECKING, Any
+
+from mixlight.data.rooms.footprints import millimetres
+from mixlight.data.rooms.outline import edges
+from mixlight.data.rooms.palette import choose, fabric
+from mixlight.data.rooms.plan import Opening
+from mixlight.data.rooms.plan_json import surface_document
+
+if TYPE_CHECKING:
+    from mixlight.data.rooms.layout import Building
+
+__all__ = ["draw_dressing", "draw_windows"]
+
+_WALLS_WITH_WINDOWS: dict[str, tuple[float, ...]] = {
+    "living": (0.02, 0.58, 0.36, 0.04),
+    "bedroom": (0.04, 0.72, 0.24),
+    "office": (0.12, 0.6, 0.26, 0.02),
+    "kitchen": (0.1, 0.68, 0.22),
+    "bathroom": (0.45, 0.52, 0.03),
+    "hall": (0.25, 0.4, 0.25, 0.1),
+    "corridor": (0.55, 0.4, 0.05),
+    "shop": (0.2, 0.65, 0.15),
+    "workshop": (0.2, 0.5, 0.25, 0.05),
+    "empty": (0.08, 0.55, 0.32, 0.05),
+}
+"""Probabilities of windows in 0, 1, 2 ... walls."""
+
+_STYLES: dict[str, tuple[tuple[str, float], ...]] = {
+    "living": (("casement", 5.0), ("picture", 2.0), ("french", 2.5), ("sliding", 1.5), ("tall", 1.0)),
+    "bedroom": (("casement", 6.0), ("picture", 1.0), ("french", 1.5), ("tall", 0.8)),
+    "office": (("ribbon", 3.5), ("casement", 3.0), ("curtain_wall", 1.5), ("picture", 1.0)),
+    "kitchen": (("counter", 5.0), ("casement", 2.5), ("french", 1.2), ("sliding", 0.8)),
+    "bathroom": (("small", 6.0), ("casement", 1.0)),
+    "hall": (("tall", 3.0), ("clerestory", 2.0), ("curtain_wall", 1.5), ("casement", 1.5)),
+    "corridor": (("casement", 3.0), ("small", 1.0), ("ribbon", 0.7), ("tall", 0.7)),
+    "shop": (("shopfront", 5.0), ("clerestory", 1.0), ("casement", 0.8)),
+    "workshop": (("industrial", 4.0), ("clerestory", 2.0), ("casement", 1.0)),
+    "empty": (("casement", 4.0), ("french", 1.0), ("picture", 1.5), ("industrial", 0.7), ("tall", 1.0)),
+}
+
+_DRESSINGS: dict[str, tuple[tuple[str, float], ...]] = {
+    "living": (("none", 2.0), ("curtain", 4.0), ("sheer", 2.5), ("venetian", 1.0), ("roller", 1.2)),
+    "bedroom": (("none", 1.0), ("curtain", 4.5), ("sheer", 2.0), ("venetian", 1.2), ("roller", 1.8)),
+    "office": (("none", 4.0), ("curtain", 0.3), ("sheer", 0.3), ("venetian", 3.5), ("roller", 2.0)),
+    "kitchen": (("none", 4.0), ("curtain", 1.2), ("sheer", 1.2), ("venetian", 1.5), ("roller", 2.0)),
+    "bathroom": (("none", 5.0), ("sheer", 0.8), ("venetian", 1.2), ("roller", 1.5)),
+    "corridor": (("none", 4.0), ("curtain", 1.5), ("sheer", 1.0), ("roller", 0.5)),
+    "empty": (("none", 7.0), ("roller", 1.0), ("venetian", 0.6)),
+}
+_PLAIN_DRESSINGS = (("none", 8.0), ("roller", 1.0), ("venetian", 0.6), ("curtain", 0.4))
+
+
+def draw_windows(rng: Random, building: Building, space: int) -> None:
+    """Adds a space's windows to the building."""
+    here = building.spaces[space]
+    count = choose(rng, list(enumerate(_WALLS_WITH_WINDOWS[here.kind])))
+    walls = edges(here.outline)
+    order = sorted(range(len(walls)), key=lambda i: -walls[i].length * rng.uniform(0.4, 1.0))
+    style = choose(rng, _STYLES[here.kind])
+    dressing = draw_dressing(rng, here.kind, style)
+    frosted = here.kind == "bathroom" and rng.random() < 0.7
+    for edge_index in order:
+        if count <= 0:
+            return
+        spans, bottom, top, details = _spans(rng, style, walls[edge_index].length, building.head, here.height)
+        placed = 0
+        for start, end in spans:
+            start, end = millimetres(start), millimetres(end)
+            if not building.free(space, edge_index, start, end, 0.05):
+                continue
+            if not building.outdoors(space, edge_index, start, end):
+                continue
+            values: dict[str, Any] = {
+                "style": style,
+                "frame": surface_document(building.palette.frame),
+                "metal": surface_document(building.palette.metal),
+                "frosted": frosted,
+                **details,
+                **_vary(rng, dressing),
+            }
+            building.openings.append(
+                Opening(
+                    "window",
+                    space,
+                    edge_index,
+                    start,
+                    end,
+                    millimetres(bottom),
+                    millimetres(top),
+                    None,
+                    building.outer,
+                    values,
+                )
+            )
+            placed += 1
+        count -= placed > 0
+
+
+def _spans(
+    rng: Random, style: str, length: float, head: float, height: float
+) -> tuple[list[tuple[float, float]], float, float, dict[str, Any]]:
+    """Places along a wall, sill, head and mullions (columns, rows) of a style's windows."""
+    margin = rng.uniform(0.1, 0.7)
+    bottom, top, columns, rows = 0.9, head, 1, 1
+    if style in ("ribbon", "curtain_wall", "shopfront"):
+        margin = rng.uniform(0.08, 0.5)
+        spans = [(margin, length - margin)]
+        if length > 7 and rng.random() < 0.5:
+            middle = length / 2
+            spans = [(margin, middle - 0.2), (middle + 0.2, length - margin)]
+        width = spans[0][1] - spans[0][0]
+        columns = max(1, round(width / rng.uniform(0.9, 1.7)))
+        if style == "ribbon":
+            bottom, rows = rng.uniform(0.7, 1.1), rng.choice([1, 1, 2])
+        elif style == "curtain_wall":
+            bottom, top, rows = rng.uniform(0.03, 0.4), height - rng.uniform(0.06, 0.3), rng.choice([1, 2, 2])
+        else:
+            bottom, top = rng.uniform(0.05, 0.6), min(height - 0.15, rng.uniform(2.4, 3.2))
+        return _inside(spans, length), bottom, top, {"mullions": [columns, rows]}
+    wanted = {
+        "casement": rng.uniform(0.8, 1.9), "picture": rng.uniform(1.8, 3.2), "french": rng.uniform(0.9, 1.9),
+        "sliding": rng.uniform(1.9, 4.2), "tall": rng.uniform(0.8, 1.5), "counter": rng.uniform(0.8, 1.9),
+        "small": rng.uniform(0.45, 0.95), "clerestory": rng.uniform(1.0, 3.0),
+        "industrial": rng.uniform(1.4, 3.6),
+    }[style]  # fmt: skip
+    width = min(wanted, length - 2 * margin, length - 0.3)
+    if style == "casement":
+        bottom, columns = rng.uniform(0.75, 1.05), 1 if width < 0.9 else rng.choice([2, 2, 3])
+        rows = rng.choice([1, 1, 1, 2, 3])
+    elif style == "picture":
+        bottom, columns = rng.uniform(0.25, 0.7), rng.choice([1, 2, 3])
+    elif style == "french":
+        bottom, columns, rows = 0.03, 2 if width > 1.1 else 1, rng.choice([1, 1, 3, 4])
+    elif style == "sliding":
+        bottom, columns = 0.03, max(2, round(width / 1.2))
+    elif style == "tall":
+        bottom, columns, rows = rng.uniform(0.35, 0.8), 2, rng.choice([2, 3, 4])
+        top = min(height - 0.2, head + 0.4)
+    elif style == "counter":
+        bottom, columns = rng.uniform(1.02, 1.2), rng.choice([1, 2])
+    elif style == "small":
+        bottom, top = rng.uniform(1.2, 1.5), min(head, 2.1)
+    elif style == "clerestory":
+        bottom = max(1.7, min(height - 1.2, height * rng.uniform(0.6, 0.75)))
+        top, columns = height - rng.uniform(0.12, 0.3), max(1, round(width / rng.uniform(0.8, 1.5)))
+    elif style == "industrial":
+        bottom, top = rng.uniform(0.9, 1.4), min(height - 0.2, rng.uniform(2.3, 3.6))
+        columns, rows = max(2, round(width / 0.45)), rng.randint(3, 5)
+    if top - bottom < 0.4 or width < 0.4:
+        return [], bottom, top, {}
+    pier = rng.uniform(0.3, 1.6)
+    many = max(1, int((length - 2 * margin + pier) / (width + pier)))
+    most = {"living": 3, "small": 1, "counter": 1, "picture": 2, "sliding": 1, "french": 2}.get(style, 3)
+    if style in ("clerestory", "industrial", "tall"):
+        most = 8
+    many = min(many, rng.randint(1, most) if most < 8 else most)
+    total = many * width + (many - 1) * pier
+    first = (
+        (length - total) / 2
+        if rng.random() < 0.6
+        else rng.uniform(margin, max(margin, length - total - margin))
+    )
+    spans = [(first + i * (width + pier), first + i * (width + pier) + width) for i in range(many)]
+    return _inside(spans, length), bottom, top, {"mullions": [columns, rows]}
+
+
+def _inside(spans: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
+    return [(a, b) for a, b in spans if a >= 0.06 and b <= length - 0.06 and b - a > 0.35]
+
+
+def draw_dressing(rng: Random, kind: str, style: str) -> dict[str, Any]:
+    """What hangs before the windows of a room: kind, share drawn, cloth."""
+    dressing = choose(rng, _DRESSINGS.get(kind, _PLAIN_DRESSINGS))
+    if style in ("clerestory", "shopfront", "industrial", "small") and dressing in ("curtain", "sheer"):
+        dressing = "none"
+    if dressing == "none":
+        return {"dressing": "none", "drawn": 0.0}
+    if dressing == "curtain":
+        cloth = fabric(rng, transmission=rng.choice([0.0, rng.uniform(0.05, 0.3)]))
+        drawn = choose(rng, [(rng.uniform(0.12, 0.4), 6.0), (rng.uniform(0.4, 0.9), 2.0), (1.0, 0.6)])
+        return {
+            "dressing": "curtain", "drawn": drawn, "fabric": surface_document(cloth),
+            "to_floor": style != "counter" and rng.random() < 0.7, "sheer": rng.random() < 0.25,
+        }  # fmt: skip
+    if dressing == "sheer":
+        cloth = fabric(rng, transmission=rng.uniform(0.45, 0.75))
+        return {
+            "dressing": "sheer", "drawn": rng.choice([1.0, rng.uniform(0.3, 1.0)]),
+            "fabric": surface_document(cloth), "to_floor": rng.random() < 0.5,
+        }  # fmt: skip
+    cloth = fabric(rng, transmission=rng.uniform(0.05, 0.45) if dressing == "roller" else 0.0)
+    drawn = choose(rng, [(rng.uniform(0.1, 0.6), 3.0), (rng.uniform(0.6, 1.0), 1.5), (1.0, 1.0)])
+    return {
+        "dressing": dressing, "drawn": drawn, "fabric": surface_document(cloth),
+        "tilt": round(rng.uniform(0.0, 1.1), 3),
+    }  # fmt: skip
+
+
+def _vary(rng: Random, dressing: dict[str, Any]) -> dict[str, Any]:
+    """The same dressing at the next window, not drawn quite as far."""
+    drawn = dressing["drawn"]
+    if 0 < drawn < 1:
+        drawn = min(max(drawn + rng.uniform(-0.12, 0.12), 0.08), 1.0)
+    return {**dressing, "drawn": round(drawn, 3)}
