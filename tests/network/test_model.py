@@ -92,7 +92,7 @@ def test_settings_come_back_from_their_card() -> None:
         ({"dropout": 1.0}, "dropout in"),
         ({"sharpness": 0.0}, "sharpness above 0"),
         ({"backbone": "resnet"}, "expected a backbone out of"),
-        ({"sparse_mode": "dense"}, "expected a sparse_mode out of"),
+        ({"sparse_mode": "dense"}, "expected a value of sparse_mode out of"),
         ({"sparse_gain": 0}, "sparse_gain above 0"),
     ],
 )

@@ -85,7 +85,7 @@ def test_a_table_of_weights_is_replaced_whole_by_the_file_and_by_key_by_an_overr
         ("[sampling.weights]\nroom = 'much'", "expected a number for sampling.weights.room, got 'much'"),
         (
             "[model]\nsparse_mode = 'dense'",
-            "expected masked or literal or sparsemax or none for model.sparse_mode",
+            "expected masked or literal or sparsemax or none or softmax for model.sparse_mode",
         ),
         ("[labels]\nseparation = 'best'", "for labels.separation, got 'best'"),
         # Values of the right type that cannot be: the section is named.

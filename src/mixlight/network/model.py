@@ -5,25 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import Any, Literal, get_args
 
-import torch
 from jaxtyping import Float
-from torch import Tensor, nn
+from torch import Tensor
 
-from mixlight.network import backbones, srgb
+from mixlight.network import backbones
 from mixlight.network.canonical import CanonicalView
 from mixlight.network.glow import Glow
-from mixlight.network.heads import LightHeads, Prediction
-from mixlight.network.sparsemax import MODES, Mode
+from mixlight.network.heads import SCORE_MODES, LightHeads, Prediction, ScoreMode
+from mixlight.network.photo_net import PhotoNet, mean_linear_colour
 
-_DARKEST = 1e-3
-"""Least mean of a channel that serves as a unit."""
+__all__ = ["ANCHORED", "MixLightNet", "ModelSettings", "mean_linear_colour"]
 
-_WEAKEST = 0.05
-"""Least share of the brightest channel's mean."""
+Ambient = Literal["sh2", "constant", "sg9"]
+Sources = Literal["anchors", "colours", "sh6", "lamps"]
 
-_LATER = ("glow_gain",)
+ANCHORED = ("anchors", "colours")
+"""Kinds of sources that are Gaussians on fixed anchors."""
+
+_LATER = ("glow_gain", "ambient", "sources")
 """Settings that cards of version 0.1 do not have."""
 
 
@@ -55,8 +56,14 @@ class ModelSettings:
     """Dropout before and after the hidden layer."""
     drop_path: float = 0.0
     """Largest share of residual branches that are left out in training (EfficientNet-Lite0 only)."""
-    sparse_mode: Mode = "masked"
-    """Sparse layer: `masked`, `literal`, `sparsemax` or `none`."""
+    ambient: Ambient = "sh2"
+    """Functions of the ambient light: `sh2` (the method), `constant` or `sg9`
+    (`mixlight.light.functions`)."""
+    sources: Sources = "anchors"
+    """Light sources: `anchors` in one colour (the method), `colours` (each anchor its own), `sh6` (harmonics
+    of degree 6), or `lamps` (3 of free direction and size, in constant ambient light)."""
+    sparse_mode: ScoreMode = "masked"
+    """Sparse layer: `masked`, `literal`, `sparsemax` or `none`; or `softmax` in its place."""
     sparse_gain: float = 1.0
     """Factor on the scores before the sparse layer. Scores learn the expected P, which is spread wherever the
     network is not sure; at 1 the layer leaves such a distribution as it is, above 1 it keeps the
@@ -71,8 +78,22 @@ class ModelSettings:
             raise ValueError(
                 f"expected a backbone out of {', '.join(backbones.names())}, got {self.backbone!r}"
             )
-        if self.sparse_mode not in MODES:
-            raise ValueError(f"expected a sparse_mode out of {', '.join(MODES)}, got {self.sparse_mode!r}")
+        for name, known in (
+            ("sparse_mode", SCORE_MODES),
+            ("ambient", get_args(Ambient)),
+            ("sources", get_args(Sources)),
+        ):
+            if getattr(self, name) not in known:
+                raise ValueError(
+                    f"expected a value of {name} out of {', '.join(known)}, got {getattr(self, name)!r}"
+                )
+        if self.sources == "lamps" and self.ambient != "constant":
+            raise ValueError(f"expected constant ambient light around lamps, got {self.ambient!r}")
+        if self.glow_gain > 0 and (self.ambient != "sh2" or self.sources not in ANCHORED):
+            raise ValueError(
+                "expected ambient sh2 and sources on anchors for a glow_gain above 0, "
+                f"got {self.ambient} and {self.sources}"
+            )
         for name in ("height", "width", "anchors", "hidden", "grid_channels", "grid_rows", "grid_columns"):
             if getattr(self, name) < 1:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
@@ -86,6 +107,15 @@ class ModelSettings:
             raise ValueError(f"expected a sharpness above 0, got {self.sharpness}")
         if not 0 <= self.dropout < 1:
             raise ValueError(f"expected dropout in [0, 1), got {self.dropout}")
+
+    def make_backbone(self, pretrained: bool = False) -> backbones.Backbone:
+        """The backbone, with its ImageNet weights if `pretrained`.
+
+        Raises:
+            ValueError: a backbone without ImageNet weights.
+        """
+        options = {"drop_path": self.drop_path} if self.drop_path else {}
+        return backbones.create(self.backbone, pretrained=pretrained, **options)
 
     @property
     def canonical(self) -> CanonicalView:
@@ -121,30 +151,25 @@ class ModelSettings:
         return cls(**values)
 
 
-class MixLightNet(nn.Module):
-    """Backbone and heads. Light is predicted relative to the photo's mean linear colour.
-
-    The photo tells light only up to its exposure and white balance, so the network regresses what is left
-    when both are divided out, and the result is multiplied back. Exactly: `forward` is `relative` times the
-    photo's mean colour, with fewer sources if `glow_gain` is set. (Not exactly: the network looks at the
-    photo as it is, so that a photo twice as bright gives about, not precisely, twice the light.)
+class MixLightNet(PhotoNet[Prediction]):
+    """The method's network: sources on anchors and ambient light, with fewer sources if `glow_gain` is
+    set.
     """
 
-    backbone: backbones.Backbone
     heads: LightHeads
 
     def __init__(self, settings: ModelSettings, pretrained: bool = False) -> None:
         """Builds the network; `pretrained` loads the backbone's ImageNet weights.
 
         Raises:
-            ValueError: unknown backbone or sparse mode, or a backbone without ImageNet weights.
+            ValueError: unknown backbone or sparse mode, a backbone without ImageNet weights, or sources that
+                are not on anchors (`mixlight.network.methods` builds those networks).
         """
-        super().__init__()
-        self.settings = settings
-        options = {"drop_path": settings.drop_path} if settings.drop_path else {}
-        self.backbone = backbones.create(settings.backbone, pretrained=pretrained, **options)
-        self.heads = LightHeads(
-            self.backbone.channels,
+        if settings.sources not in ANCHORED:
+            raise ValueError(f"expected sources {' or '.join(ANCHORED)}, got {settings.sources!r}")
+        backbone = settings.make_backbone(pretrained)
+        heads = LightHeads(
+            backbone.channels,
             (settings.grid_rows, settings.grid_columns),
             settings.anchors,
             settings.hidden,
@@ -152,39 +177,26 @@ class MixLightNet(nn.Module):
             settings.dropout,
             settings.sparse_mode,
             settings.sparse_gain,
+            ambient=settings.ambient,
+            anchor_colours=settings.sources == "colours",
         )
+        super().__init__(backbone, heads)
+        self.settings = settings
         self.glow = (
-            Glow(settings.anchors, settings.sharpness, settings.glow_gain, settings.sparse_mode)
+            Glow(
+                settings.anchors,
+                settings.sharpness,
+                settings.glow_gain,
+                settings.sparse_mode if settings.sparse_mode != "softmax" else "masked",
+            )
             if settings.glow_gain
             else None
         )
-
-    def relative(self, photo: Float[Tensor, "batch 3 height width"]) -> tuple[Prediction, Tensor]:
-        """Predicts light in units of the photo's mean colour, and returns that colour [batch, 3] beside it.
-
-        `photo` is the sRGB-encoded canonical view in [0, 1].
-        """
-        mean = mean_linear_colour(photo)
-        return self.heads(self.backbone(photo), mean), mean
 
     def forward(self, photo: Float[Tensor, "batch 3 height width"]) -> Prediction:
         """Predicts light in the photo's own exposure: radiance 1 is the photo's linear white.
 
         `photo` is the sRGB-encoded canonical view in [0, 1].
         """
-        prediction, mean = self.relative(photo)
-        light = prediction.scaled(mean)
+        light = super().forward(photo)
         return light if self.glow is None else self.glow(light)
-
-
-def mean_linear_colour(photo: Float[Tensor, "batch 3 height width"]) -> Float[Tensor, "batch 3"]:
-    """Mean of the sRGB-decoded photo per channel.
-
-    Channels are kept above 1/1000 and above 5 % of the brightest, so that it can serve as a unit.
-
-    >>> mean_linear_colour(torch.full((1, 3, 2, 2), 0.5))
-    tensor([[0.2140, 0.2140, 0.2140]])
-    """
-    mean = srgb.decode(photo).float().mean((2, 3))
-    floor = (_WEAKEST * mean.amax(1, keepdim=True)).clamp(min=_DARKEST)
-    return torch.maximum(mean, floor)
