@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Iterator
 from pathlib import Path
 
 from jaxtyping import Float
 from torch import Tensor
 
 from mixlight.data.panoramas import PanoramaRecord, read_radiance, read_table
-from mixlight.light.separate import luminance
+from mixlight.data.rooms.remix import random_recipe, remix, white_balance_gain
+from mixlight.data.rooms.store import is_room, read_room
 from mixlight.sphere import equirect
 
-__all__ = ["TABLE", "partly_balanced", "read_set", "relit"]
+__all__ = ["TABLE", "read_set", "relit"]
 
 TABLE = "rooms.csv"
 """Name of the table in a set's folder."""
@@ -21,7 +24,7 @@ BALANCE = 0.8
 
 
 def read_set(source: str | Path) -> list[PanoramaRecord]:
-    """The records of a set: a folder with a `rooms.csv`, or such a table.
+    """The records of a set: of a folder with a `rooms.csv`, or of such a table.
 
     Raises:
         ValueError: a table that `read_table` refuses, or one without a row.
@@ -38,43 +41,28 @@ def read_set(source: str | Path) -> list[PanoramaRecord]:
     return records
 
 
-def partly_balanced(
-    panorama: Float[Tensor, "height width 3"], share: float = BALANCE
-) -> Float[Tensor, "height width 3"]:
-    """Takes a share of the mean colour cast out, by channel gains that keep the mean's luminance.
+def relit(
+    record: PanoramaRecord, recipes: int = 1, seed: int = 0
+) -> Iterator[Float[Tensor, "height width 3"]]:
+    """A room as a camera would balance it: `recipes` random relightings of its light groups.
 
-    A gain is (Y / c) ** share, c the mean of the channel and Y the luminance of the mean; all three are then
-    scaled alike.
+    A plain panorama holds one light; it comes once, with a fixed share of its colour cast taken out
+    (`BALANCE`). The same arguments give the same panoramas: the recipes depend on the seed and the file's
+    name, not on what else is in the set.
 
-    Convention: share 0 leaves the panorama alone, share 1 makes its mean grey.
-
-    Raises:
-        ValueError: no panorama, a channel without any light, or a share outside [0, 1].
-
-    >>> import torch
-    >>> warm = torch.ones(4, 8, 3) * torch.tensor([4.0, 2.0, 1.0])
-    >>> partly_balanced(warm, 1.0)[0, 0]
-    tensor([2.3530, 2.3530, 2.3530])
-    """
-    if not 0 <= share <= 1:
-        raise ValueError(f"expected a share from 0 to 1, got {share}")
-    equirect.check(panorama)
-    mean = equirect.integrate(panorama)
-    if not bool((mean > 0).all()):
-        raise ValueError(f"expected light in every channel, got a mean of {mean.tolist()}")
-    target = luminance(mean)
-    gains = (target / mean) ** share
-    return panorama * (gains * target / luminance(mean * gains))
-
-
-def relit(record: PanoramaRecord, recipes: int, seed: int) -> list[Float[Tensor, "height width 3"]]:
-    """A room's panorama as a camera would balance it; with light groups, in `recipes` random relightings.
-
-    A plain panorama has one light only. The same arguments give the same panoramas; a room's lights do not
-    depend on which others are in the set.
+    Convention: every panorama is a draw of its own from `mixlight.data.rooms.remix.random_recipe`.
 
     Raises:
-        ValueError: the file is no room and no panorama.
+        ValueError: fewer than one recipe, or the file is neither a room nor a panorama.
         OSError: it cannot be read.
     """
-    return [partly_balanced(read_radiance(record.path))]
+    if recipes < 1:
+        raise ValueError(f"expected at least one recipe, got {recipes}")
+    if not is_room(record.path):
+        panorama = read_radiance(record.path)
+        yield panorama * white_balance_gain(equirect.integrate(panorama), BALANCE)
+        return
+    render = read_room(record.path)
+    rng = random.Random(f"{seed} {record.path.stem}")
+    for _ in range(recipes):
+        yield remix(render.groups, random_recipe(render.groups, render.plan, rng))
