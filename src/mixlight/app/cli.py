@@ -19,6 +19,7 @@ from mixlight.app import (
     fit_command,
     insert_command,
     render_command,
+    rooms_command,
     train_command,
 )
 from mixlight.app.report import UsageError, complain
@@ -30,6 +31,7 @@ VERBS = {
     "render": render_command,
     "insert": insert_command,
     "export": export_command,
+    "rooms": rooms_command,
     "train": train_command,
     "doctor": doctor_command,
 }

@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import tempfile
+import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -50,6 +51,8 @@ class Session:
         self._arguments = list(arguments)
         self._blender = blender
         self._process: subprocess.Popen[bytes] | None = None
+        self._lock = threading.Lock()
+        self._stopped = False
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the session
 
     def __enter__(self) -> Session:
@@ -100,8 +103,16 @@ class Session:
         assert isinstance(found, dict)
         return found
 
+    def stop(self) -> None:
+        """End Blender for good, from any thread; an `ask` under way then fails with a `BlenderError`."""
+        with self._lock:
+            self._stopped = True
+            if self._process is not None:
+                program.end(self._process)
+
     def close(self) -> None:
         """End Blender; what it was doing is lost."""
+        self.stop()
         self._kill()
         self._log.close()
 
@@ -110,13 +121,16 @@ class Session:
             self._kill()
             self._log.truncate(0)
             self._log.seek(0)
-            self._process = program.start(
-                self._script,
-                self._arguments,
-                blender=self._blender,
-                stdin=subprocess.PIPE,
-                stdout=self._log,
-            )
+            with self._lock:  # a `stop` comes before the start, and prevents it, or after it, and ends it
+                if self._stopped:
+                    raise program.BlenderError(f"{self._script.name} in Blender: the session is over")
+                self._process = program.start(
+                    self._script,
+                    self._arguments,
+                    blender=self._blender,
+                    stdin=subprocess.PIPE,
+                    stdout=self._log,
+                )
         return self._process
 
     def _kill(self) -> None:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -18,9 +18,13 @@ from mixlight.data.rooms.mesh import Emission, Mesh, Part
 from mixlight.data.rooms.plan import Surface
 from mixlight.data.rooms.scene import RoomScene
 from mixlight.image import exr
+from mixlight.image.errors import file_error
 from mixlight.sphere import frames
 
-__all__ = ["Settings", "write_job"]
+__all__ = ["Settings", "read_raw", "write_job"]
+
+_UNSEEN = 1e9
+"""Cycles' depth, in metres, where nothing is hit is ten times that."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,38 @@ def write_job(scene: RoomScene, settings: Settings, folder: Path) -> None:
     np.savez(folder / "arrays.npz", **arrays)  # type: ignore[arg-type]
     exr.write(folder / "sky.exr", frames.convert_panorama(scene.sky, "mixlight", "blender").numpy())
     (folder / "scene.json").write_text(json.dumps(job), encoding="utf-8")
+
+
+def read_raw(
+    path: Path, groups: Sequence[str]
+) -> tuple[dict[str, Float[np.ndarray, "height width 3"]], Float[np.ndarray, "height width"]]:
+    """Read what the script inside Blender wrote of one camera: light groups, and metres to what is seen.
+
+    What denoising leaves below 0 is 0; where nothing is seen the depth is infinite.
+
+    Raises:
+        ValueError: not such a file, a group is missing, or a value is not finite.
+    """
+    import OpenEXR
+
+    try:
+        parts = OpenEXR.File(str(path), separate_channels=True).parts
+    except (RuntimeError, ValueError) as error:
+        raise file_error(path, "Blender's panorama", error) from None
+    planes = {name: channel.pixels for part in parts for name, channel in part.channels.items()}
+    missing = [g for g in groups for c in "RGB" if f"{g}.{c}" not in planes] or (
+        [] if "depth.V" in planes else ["depth"]
+    )
+    if missing:
+        raise file_error(path, f"light groups {', '.join(groups)} and depth", f"none of {missing[0]}")
+    found = {}
+    for group in groups:
+        pixels = np.stack([planes[f"{group}.{c}"] for c in "RGB"], -1)
+        if not np.isfinite(pixels).all():
+            raise file_error(path, f"finite light in {group}", "NaN or infinity")
+        found[group] = np.maximum(pixels, 0.0)
+    depth = planes["depth.V"]
+    return found, np.where(depth < _UNSEEN, depth, np.inf).astype(np.float32)
 
 
 def _by_material(parts: Iterable[Part]) -> dict[tuple[Surface | Emission, bool], list[Part]]:

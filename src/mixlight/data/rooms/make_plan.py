@@ -12,6 +12,7 @@ from mixlight.data.rooms.cameras import place_cameras
 from mixlight.data.rooms.layout import draw_building
 from mixlight.data.rooms.plan import KINDS, Plan, Sky
 from mixlight.data.rooms.plan_json import plain
+from mixlight.data.rooms.skies import OutdoorSky
 
 __all__ = ["make_plan", "stream"]
 
@@ -31,7 +32,7 @@ def make_plan(
     seed: int,
     *,
     library: Any = None,
-    skies: Sequence[str] = (),
+    skies: Sequence[OutdoorSky] = (),
     cameras: int = 3,
     kind: str | None = None,
 ) -> Plan:
@@ -43,7 +44,7 @@ def make_plan(
     Args:
         seed: a number of the room.
         library: furniture beside the own pieces (`catalogue.Catalogue`); None: own pieces only.
-        skies: names of outdoor panoramas; empty: analytic skies.
+        skies: outdoor panoramas (`skies.read_skies`); empty: analytic skies.
         cameras: how many panoramas are taken.
         kind: one of `KINDS` for the main space; None: drawn.
 

@@ -27,7 +27,7 @@ import shaders
 
 def main(threads):
     """Render until stdin ends."""
-    for line in sys.stdin:
+    while line := sys.stdin.readline():
         folder = Path(line.rstrip("\n"))
         try:
             answer = {"ok": True, **render(folder, threads)}
@@ -50,12 +50,15 @@ def render(folder, threads):
     build(scene, job, folder)
     output = passes.compositor(scene, job["groups"], folder, job["render"]["denoise"])
     built = time.perf_counter()
-    spent = []
+    spent, cleaning = [], []
+    stopwatch(cleaning)
     for index, camera in enumerate(job["cameras"]):
         begun = time.perf_counter()
         look(scene, camera)
         scene.frame_set(index)
         scene.cycles.seed = (job["render"]["seed"] + index) % 2**31
+        for old in folder.glob("raw*"):  # of a Blender that was killed
+            old.unlink()
         passes.name_output(output, "raw")
         bpy.ops.render.render()
         made = sorted(folder.glob("raw*"))
@@ -63,7 +66,26 @@ def render(folder, threads):
             raise OSError(f"expected Blender to write one panorama, found {[path.name for path in made]}")
         os.replace(made[0], folder / f"camera-{index}.exr")
         spent.append(time.perf_counter() - begun)
-    return {"build": built - start, "render": spent, "blender": bpy.app.version_string}
+    return {
+        "build": built - start,
+        "render": spent,
+        "denoise": cleaning,
+        "blender": bpy.app.version_string,
+    }
+
+
+def stopwatch(spent):
+    """Add the seconds of each run of the compositor, which takes off the noise and writes, to a list."""
+    begun = []
+
+    def before(*_):
+        begun.append(time.perf_counter())
+
+    def after(*_):
+        spent.append(time.perf_counter() - begun.pop())
+
+    bpy.app.handlers.composite_pre[:] = [before]
+    bpy.app.handlers.composite_post[:] = [after]
 
 
 def settings(scene, given, threads):

@@ -1,0 +1,203 @@
+"""Render rooms that never were: HDR panoramas with every light apart, for training.
+
+Needs Blender in an environment of its own (`mixlight doctor` says how to get it). One seed gives one and the same
+room. A call that was stopped, killed or ran out of disk is simply repeated: rooms that are done stay.
+"""
+
+import argparse
+import importlib
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mixlight.app.report import UsageError, complain, describe, print_json
+
+if TYPE_CHECKING:
+    from mixlight.data.rooms.catalogue import Catalogue
+    from mixlight.data.rooms.render import Outcome
+    from mixlight.data.rooms.skies import OutdoorSky
+
+HELP = "render rooms for training, with every light apart"
+
+ACTIONS = {
+    "stats": "rooms_stats",
+    "sheet": "rooms_sheet",
+    "assets": "rooms_assets",
+    "preview": "rooms_preview",
+}
+"""What else can be done with rooms, each a module of this folder with `HELP`, `add_arguments` and `run`."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line of `mixlight rooms`."""
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", title="other actions")
+    for name, module in _actions().items():
+        module.add_arguments(
+            actions.add_parser(name, help=module.HELP, description=module.__doc__, allow_abbrev=False)
+        )
+    parser.add_argument(
+        "--count", type=_whole(1, 10**6), metavar="N", help="how many rooms the set shall have"
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the set")
+    parser.add_argument(
+        "--seed", type=_whole(0, 10**9), default=0, metavar="S",
+        help="of the first room; the others follow it (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--width", type=_whole(64, 8192), default=1024, metavar="PIXELS",
+        help="of a panorama, which is half as high (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--samples", type=_whole(1, 65536), default=16, metavar="N",
+        help="light paths a pixel, before the noise is taken off (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--cameras", type=_whole(1, 64), default=3, metavar="K",
+        help="panoramas a room, each from another place (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--jobs", type=_whole(1, 256), default=1, metavar="J",
+        help="Blenders at a time, which share the cores (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--skies", type=Path, metavar="CSV",
+        help="table of panoramas: its outdoor ones of the split train stand outside the windows (default: "
+        "skies made up)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--library", type=Path, metavar="DIR",
+        help="furniture, as `mixlight rooms assets` makes it (default: where that puts it, if it is there)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--no-library", action="store_true", help="only furniture that MixLight makes up itself"
+    )
+    parser.add_argument(
+        "--timeout", type=_whole(1, 10**6), default=3600, metavar="SECONDS",
+        help="give a room up after this long (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--json", action="store_true", dest="as_json", help="print one line of JSON for each room"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Render, or do what the action says; returns the exit status."""
+    if arguments.action is not None:
+        status: int = _actions()[arguments.action].run(arguments)
+        return status
+    for option in ("count", "out"):
+        if getattr(arguments, option) is None:
+            raise UsageError(f"rooms: expected --{option}, or an action: {', '.join(_actions())}")
+    if arguments.no_library and arguments.library is not None:
+        raise UsageError("rooms: expected --library or --no-library, received both")
+    from mixlight.blender.program import BlenderError
+    from mixlight.data.rooms.render import RenderError
+
+    try:
+        return _render(arguments)
+    except (ValueError, OSError, BlenderError, RenderError) as error:
+        if isinstance(error, BrokenPipeError):
+            raise
+        complain(describe(error))
+        if arguments.as_json:
+            print_json({"out": str(arguments.out), "ok": False, "error": describe(error)})
+        return 1
+
+
+def _render(arguments: argparse.Namespace) -> int:
+    from tqdm import tqdm
+
+    from mixlight.blender.program import find_blender
+    from mixlight.data.rooms.job import Settings
+    from mixlight.data.rooms.render import Rooms, render_rooms
+    from mixlight.data.rooms.room_set import RoomSet
+
+    find_blender()
+    rooms = Rooms(
+        Settings(width=arguments.width, samples=arguments.samples),
+        arguments.cameras,
+        _library(arguments),
+        _skies(arguments.skies),
+        arguments.timeout,
+    )
+    seeds = range(arguments.seed, arguments.seed + arguments.count)
+    there = len(RoomSet(arguments.out).rooms().keys() & set(seeds))
+    start = time.monotonic()
+    with tqdm(total=len(seeds), initial=there, unit="room", disable=None) as bar:
+
+        def report(outcome: "Outcome") -> None:
+            if outcome.error is None:
+                bar.update()
+                made = bar.n - there
+                bar.set_postfix_str(f"{made * 3600 / (time.monotonic() - start):.0f} rooms/h")
+            else:
+                with bar.external_write_mode():
+                    complain(f"room {outcome.seed}: {outcome.error}")
+            if arguments.as_json:
+                with bar.external_write_mode():
+                    _say(arguments.out, outcome)
+
+        outcomes = render_rooms(seeds, arguments.out, rooms, jobs=arguments.jobs, report=report)
+    bad = [outcome.seed for outcome in outcomes if outcome.error is not None]
+    if not arguments.as_json:
+        made = len(outcomes) - len(bad)
+        hours = (time.monotonic() - start) / 3600
+        rate = f", {made / hours:.0f} an hour" if made else ""
+        kept = f", {there} were there already" if there else ""
+        print(f"{made} rooms -> {arguments.out}{os.sep}{rate}{kept}")
+    if bad:
+        complain(f"{len(bad)} of {len(seeds)} rooms failed and are left out: {', '.join(map(str, bad))}")
+    return 1 if bad else 0
+
+
+def _say(out: Path, outcome: "Outcome") -> None:
+    line: dict[str, Any] = {"seed": outcome.seed, "ok": outcome.error is None}
+    if outcome.error is None:
+        line |= {"out": str(out), "panoramas": outcome.panoramas}
+        line |= {"seconds": {name: round(value, 3) for name, value in outcome.seconds.items()}}
+    else:
+        line["error"] = outcome.error
+    print_json(line)
+
+
+def _library(arguments: argparse.Namespace) -> "Catalogue | None":
+    from mixlight.data.rooms.catalogue import Catalogue
+
+    if arguments.no_library:
+        return None
+    return Catalogue.find() if arguments.library is None else Catalogue.load(arguments.library)
+
+
+def _skies(table: Path | None) -> "tuple[OutdoorSky, ...]":
+    from mixlight.data.rooms.skies import read_skies
+
+    if table is None:
+        return ()
+    cache = os.environ.get("XDG_CACHE_HOME", "")
+    base = Path(cache) if os.path.isabs(cache) else Path.home() / ".cache"
+    return tuple(read_skies(table, base / "mixlight" / "skies"))
+
+
+def _actions() -> dict[str, Any]:
+    found = {}
+    for name, module in ACTIONS.items():
+        try:
+            found[name] = importlib.import_module(f"mixlight.app.{module}")
+        except ModuleNotFoundError:
+            continue  # TEMPORARY
+    return found
+
+
+def _whole(low: int, high: int) -> Any:
+    """The type of an option that takes a whole number."""
+
+    def parse(text: str) -> int:
+        value = int(text) if text.isdecimal() else -1
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(
+                f"expected a whole number from {low} to {high}, received {text!r}"
+            )
+        return value
+
+    return parse
