@@ -145,15 +145,16 @@ def build(plan: Plan, *, catalogue: Catalogue | None = None, skies: Sequence[Out
 def _parts(plan: Plan) -> list[Part]:
     found: list[Part] = []
     # While the other modules are on their way: what is there takes part.
-    for name in ("shell", "windows", "dressings", "pieces", "fixture_shapes"):
+    for name in ("shell", "windows", "dressings", "fixture_shapes"):
         try:
             module = importlib.import_module(f"mixlight.data.rooms.{name}")
         except ModuleNotFoundError:
             continue
         if hasattr(module, "parts"):
             found += module.parts(plan)
-    if not found:
-        from mixlight.data.rooms.box_room import box_parts
-
-        found = box_parts(plan)
+    own = [item for item in plan.items if item.piece.startswith("own:")]
+    if own:
+        pieces = importlib.import_module("mixlight.data.rooms.pieces")
+        for item in own:
+            found += pieces.parts(item)
     return found
