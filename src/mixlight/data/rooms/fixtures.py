@@ -1,0 +1,60 @@
+"""Artificial light and the sky of a plan: what hangs where, how strong and how warm, and what is on."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from mixlight.data.rooms.fixture_ceiling import ceiling
+from mixlight.data.rooms.fixture_lamps import candles, lamps, sconces, screens, under_cabinets
+from mixlight.data.rooms.fixture_site import Site
+from mixlight.data.rooms.plan import Fixture, Plan
+from mixlight.data.rooms.skies import OutdoorSky
+from mixlight.data.rooms.sky import choose_sky
+from mixlight.data.rooms.switches import chance_on
+
+__all__ = ["light", "place_fixtures"]
+
+
+def light(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> Plan:
+    """The plan with its sky and its lamps.
+
+    Args:
+        plan: spaces, openings and items; cameras may come later.
+        rng: the plan's source of chance.
+        skies: what `skies.read_skies` gave; without any the sky is analytic.
+    """
+    plan = replace(plan, sky=choose_sky(plan, rng, skies))
+    return replace(plan, fixtures=tuple(place_fixtures(plan, rng)))
+
+
+def place_fixtures(plan: Plan, rng: random.Random) -> list[Fixture]:
+    """Lamps by the kind of room, switched as people do at the sky's time of day.
+
+    At least one group is on unless daylight comes in.
+    """
+    site = Site(plan, rng)
+    makers: tuple[Callable[[Site], None], ...] = (ceiling, sconces, lamps, under_cabinets, screens, candles)
+    for make in makers:
+        make(site)
+    for space in range(1, len(plan.spaces)):
+        ceiling(Site(plan, rng, space, site))
+    return _switched(plan, site.fixtures, rng)
+
+
+def _switched(plan: Plan, fixtures: list[Fixture], rng: random.Random) -> list[Fixture]:
+    first: dict[str, Fixture] = {}
+    for fixture in fixtures:
+        first.setdefault(fixture.group, fixture)
+    on = {
+        group: rng.random() < chance_on(f.kind, plan.spaces[f.space].kind, plan.sky.time)
+        for group, f in first.items()
+    }
+    daylight = plan.sky.time == "day" and any(
+        o.kind == "window" and o.leads is None and o.space == 0 for o in plan.openings
+    )
+    own = [group for group, f in first.items() if f.space == 0 and f.kind not in ("screen", "candle")]
+    if own and not daylight and not any(on[group] for group in own):
+        on[rng.choice(own)] = True
+    return [replace(fixture, on=on[fixture.group]) for fixture in fixtures]
