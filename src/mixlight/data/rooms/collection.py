@@ -47,8 +47,8 @@ def relit(
     """A room as a camera would balance it: `recipes` random relightings of its light groups.
 
     A plain panorama holds one light; it comes once, with a fixed share of its colour cast taken out
-    (`BALANCE`). The same arguments give the same panoramas: the recipes depend on the seed and the file's
-    name, not on what else is in the set.
+    (`BALANCE`). The same arguments give the same panoramas: the recipes depend on the seed and the
+    scene's name, not on what else is in the set.
 
     Convention: every panorama is a draw of its own from `mixlight.data.rooms.remix.random_recipe`.
 
@@ -63,6 +63,6 @@ def relit(
         yield panorama * white_balance_gain(equirect.integrate(panorama), BALANCE)
         return
     render = read_room(record.path)
-    rng = random.Random(f"{seed} {record.path.stem}")
+    rng = random.Random(f"{seed} {record.scene}")
     for _ in range(recipes):
         yield remix(render.groups, random_recipe(render.groups, render.plan, rng))
