@@ -5,7 +5,7 @@ A batch is a pure function of (seed, step), so that a resumed run sees exactly w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +18,8 @@ from mixlight.data.camera_model import GAIN_RANGE, CameraSettings, random_photo
 from mixlight.data.crops import CropSettings, frame_mask, random_crop, take_view
 from mixlight.data.labels import LabelSettings, LightLabels, cached_labels
 from mixlight.data.panoramas import PanoramaRecord, load_panorama
+from mixlight.data.relit import has_groups, relightings
+from mixlight.data.rooms.remix import white_balance_gain
 from mixlight.data.viewpoints import moved, random_move
 from mixlight.network.canonical import CanonicalView
 from mixlight.sphere import equirect
@@ -59,11 +61,14 @@ class SamplingSettings:
     """Further viewpoints made from each real panorama but outdoor ones (`mixlight.data.viewpoints`)."""
     moved_rooms: int = 0
     """The same for each rendered room."""
+    remixes_rooms: int = 0
+    """Further relightings made from each position of a rendered room that was stored with its light groups
+    (`mixlight.data.relit`): other lamps, another time of day, exact. Others have none."""
     room_white_balance: tuple[float, float] = (0.6, 1.0)
     """Rendered rooms are not white-balanced: the share of their mean colour cast that is taken out."""
 
     def __post_init__(self) -> None:
-        for name in ("moved_real", "moved_rooms"):
+        for name in ("moved_real", "moved_rooms", "remixes_rooms"):
             if getattr(self, name) < 0:
                 raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
         for category, weight in self.weights.items():
@@ -132,21 +137,13 @@ class TrainingSet:
         self._labels: list[LightLabels] = []
         shares = []
         for record in records:
-            panorama = load_panorama(record.path)
-            copies = self._copies(record)
-            for copy in range(1 + copies):
-                seen, variant = panorama, ""
-                if copy:
-                    # The file's name, not its place in the table, so that adding a row changes no other
-                    # panorama.
-                    seed = (copy, *record.path.stem.encode())
-                    move = random_move(np.random.default_rng(seed))
-                    seen, variant = moved(panorama, *move), f"moved {move}"
+            views = list(self._views(record, cache))
+            for variant, seen in views:
                 self._seen.append(record)
-                self._labels.append(cached_labels(record.path, seen, labels, cache, variant))
+                self._labels.append(cached_labels(record.path, seen.float(), labels, cache, variant))
                 # Half precision halves memory; light above its range still counts in the labels.
-                self._panoramas.append(seen.clamp(max=6e4).half())
-                shares.append(weights[record.category] / (1 + copies))
+                self._panoramas.append(seen if seen.dtype == torch.half else seen.clamp(max=6e4).half())
+                shares.append(weights[record.category] / len(views))
         share = np.array(shares, dtype=np.float64)
         self._share = share / share.sum()
 
@@ -187,6 +184,17 @@ class TrainingSet:
             "almost black, or on another scale?"
         )
 
+    def _views(self, record: PanoramaRecord, cache: Path) -> Iterator[tuple[str, Tensor]]:
+        """The panorama of a record and what is made from it, each under a name of its own."""
+        panorama = load_panorama(record.path)
+        yield "", panorama
+        for copy in range(1, 1 + self._copies(record)):
+            # The scene's name, not its place in the table, so that adding a row changes no other panorama.
+            move = random_move(np.random.default_rng((copy, *record.scene.encode())))
+            yield f"moved {move}", moved(panorama, *move)
+        if record.category == "room" and self.sampling.remixes_rooms and has_groups(record):
+            yield from relightings(record, self.sampling.remixes_rooms, cache)
+
     def _copies(self, record: PanoramaRecord) -> int:
         """How many further viewpoints are made of a panorama; the sphere model does not fit the open."""
         if record.category == "room":
@@ -197,7 +205,5 @@ class TrainingSet:
         """Channel gains that take part of a rendered room's colour cast out, keeping the mean's luminance."""
         if self._seen[index].category != "room":
             return torch.ones(3)
-        mean = equirect.integrate(self._labels[index].small_map).clamp(min=1e-6)
-        weights = torch.tensor([0.2126, 0.7152, 0.0722])
-        cast = (mean @ weights / mean) ** generator.uniform(*self.sampling.room_white_balance)
-        return cast * (mean @ weights) / ((mean * cast) @ weights)
+        mean = equirect.integrate(self._labels[index].small_map)
+        return white_balance_gain(mean, generator.uniform(*self.sampling.room_white_balance))

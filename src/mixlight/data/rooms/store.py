@@ -1,7 +1,9 @@
 """Rendered rooms on disk: one OpenEXR file a camera position, one JSON file a room.
 
 The OpenEXR file has many parts. The first, `panorama`, is the room as its plan switches it, so that any
-program shows it; then one part a light group, whose name it bears; at last `depth`. Colours are half floats.
+program shows it; then one part a light group, whose name it bears; at last `depth`. Colours are half floats,
+exposed so that the mean luminance of the first part is 1; OpenEXR's attribute `whiteLuminance` says how many
+cd/m² that is.
 """
 
 from __future__ import annotations
@@ -21,8 +23,9 @@ from torch import Tensor
 
 from mixlight.data.rooms.plan import Camera, Plan, Point3
 from mixlight.data.rooms.plan_json import from_document, to_document
+from mixlight.data.rooms.sky import LUMENS_PER_UNIT
 from mixlight.image.atomic import atomic_path
-from mixlight.image.color import REC709
+from mixlight.image.color import LUMINANCE_WEIGHTS, REC709
 from mixlight.image.errors import file_error
 from mixlight.image.exr import MAX_HALF
 from mixlight.image.temperature import COOLEST, WARMEST, black_body
@@ -37,6 +40,7 @@ __all__ = [
     "VERSION",
     "RoomRender",
     "direction_from",
+    "document_of",
     "group_names",
     "is_room",
     "read_document",
@@ -145,7 +149,7 @@ def room_document(
     return {
         "format": FORMAT,
         "version": VERSION,
-        "unit_cd_per_m2": 683.0,
+        "unit_cd_per_m2": LUMENS_PER_UNIT,
         "directions": "mixlight: +X right, +Y up, -Z the centre of the camera's panorama",
         "cameras": [
             {"file": file, "space": c.space, "position": list(c.position), "turn": c.turn}
@@ -269,15 +273,21 @@ def write_camera(
             raise ValueError(f"{path}: expected finite radiance from 0 on in {name}, got {low:g} to {high:g}")
         if on is None or on.get(name, True):
             total += pixels
-    common = {"type": OpenEXR.scanlineimage, "chromaticities": REC709, "envmap": OpenEXR.ENVMAP_LATLONG}
+    unit = _mean_luminance(total) or 1.0
+    common = {
+        "type": OpenEXR.scanlineimage,
+        "chromaticities": REC709,
+        "envmap": OpenEXR.ENVMAP_LATLONG,
+        "whiteLuminance": unit * LUMENS_PER_UNIT,
+    }
     colours = dict(common)
     if codec == "dwab":
         colours |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": _LEVEL}
     else:
         colours |= {"compression": OpenEXR.ZIP_COMPRESSION}
-    first = colours | {_DOCUMENT: document, _CAMERA: camera, "frame": "mixlight", "whiteLuminance": 683.0}
-    parts = [OpenEXR.Part(first, {"RGB": _half(total)}, PANORAMA)]
-    parts += [OpenEXR.Part(dict(colours), {"RGB": _half(p)}, name) for name, p in groups.items()]
+    first = colours | {_DOCUMENT: document, _CAMERA: camera, "frame": "mixlight"}
+    parts = [OpenEXR.Part(first, {"RGB": _half(total / unit)}, PANORAMA)]
+    parts += [OpenEXR.Part(dict(colours), {"RGB": _half(p / unit)}, name) for name, p in groups.items()]
     metres = np.where(np.isfinite(depth), depth, np.inf).astype(np.float32)
     parts.append(OpenEXR.Part(common | {"compression": OpenEXR.ZIP_COMPRESSION}, {"Z": metres}, DEPTH))
     with atomic_path(path) as temporary:
@@ -288,6 +298,12 @@ def write_camera(
             raise OSError(f"{path}: expected to write an OpenEXR file, received: {reason}") from None
 
 
+def _mean_luminance(panorama: Float[np.ndarray, "height width 3"]) -> float:
+    rows = (panorama @ np.array(LUMINANCE_WEIGHTS)).mean(1)
+    edges = np.cos(np.linspace(0.0, math.pi, len(rows) + 1))
+    return float(rows @ (edges[:-1] - edges[1:]) / 2)
+
+
 def _half(pixels: np.ndarray) -> np.ndarray:
     return np.asarray(np.minimum(pixels, MAX_HALF), np.float16)
 
@@ -296,6 +312,24 @@ def is_room(path: str | os.PathLike[str]) -> bool:
     """Whether a file is a camera position with light groups, from its header alone."""
     with open(path, "rb") as file:
         return _DOCUMENT.encode() in file.read(4096)
+
+
+def document_of(path: str | os.PathLike[str]) -> Path:
+    """The JSON of the room to which a camera position belongs, from the header alone.
+
+    Raises:
+        ValueError: no camera position with light groups.
+        OSError: the file cannot be read.
+    """
+    import OpenEXR
+
+    if not is_room(path):
+        raise file_error(path, "a rendered room with light groups", "another file")
+    try:
+        header = OpenEXR.File(str(Path(path)), header_only=True).parts[0].header
+        return Path(path).with_name(str(header[_DOCUMENT]))
+    except (RuntimeError, ValueError, LookupError) as error:
+        raise file_error(path, "an OpenEXR header", error) from None
 
 
 def read_room(path: str | os.PathLike[str]) -> RoomRender:
@@ -322,7 +356,8 @@ def read_room(path: str | os.PathLike[str]) -> RoomRender:
         if name == DEPTH and "Z" in channels:
             depth = torch.from_numpy(np.ascontiguousarray(channels["Z"].pixels, np.float32))
         elif name != PANORAMA and "RGB" in channels:
-            groups[name] = torch.from_numpy(channels["RGB"].pixels.astype(np.float32)).clamp(min=0)
+            unit = float(part.header["whiteLuminance"]) / LUMENS_PER_UNIT
+            groups[name] = torch.from_numpy(channels["RGB"].pixels.astype(np.float32)).clamp(min=0) * unit
     if not groups or depth is None:
         raise file_error(path, "light groups and a depth", "corrupt pixel data")
     header = file.parts[0].header
