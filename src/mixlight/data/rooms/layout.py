@@ -7,6 +7,7 @@ from itertools import pairwise
 from random import Random
 from typing import Literal
 
+from mixlight.data.rooms.fittings import draw_fittings
 from mixlight.data.rooms.footprints import DIMENSIONS, Outline, draw_height, draw_outline, millimetres
 from mixlight.data.rooms.outline import Edge, Rectangle, bounds, edges, holes_of, overlap
 from mixlight.data.rooms.palette import Palette, choose, draw_palette, floor, paint_colour, tiles
@@ -149,6 +150,8 @@ def draw_building(rng: Random, kind: str | None = None) -> Building:
         draw_windows(rng, building, space)
     for space in range(len(building.spaces)):
         _shut_doors(rng, building, space)
+    for space in range(len(building.spaces)):
+        draw_fittings(rng, building, space)
     return building
 
 
@@ -161,7 +164,8 @@ def _space(
         wall = replace(wall, kind="paint", colour=paint_colour(rng), second=None, bump=0.05)
     walls = [wall] * len(outline)
     if main and palette.accent is not None:
-        walls[rng.randrange(len(walls))] = palette.accent
+        lengths = [edge.length if edge.length > 1.5 else 0.0 for edge in edges(outline)]
+        walls[rng.choices(range(len(walls)), lengths)[0]] = palette.accent
     ground = palette.floor if main else floor(rng, kind)
     if not main and kind not in ("bathroom", "kitchen") and rng.random() < 0.6:
         ground = palette.floor
@@ -170,7 +174,7 @@ def _space(
 
 
 def _details(rng: Random, kind: str, walls: list[Surface]) -> dict[str, object]:
-    """Bands of tiles round a bathroom; more is added by `built_in`."""
+    """Bands of tiles round a bathroom; `fittings` adds more."""
     if kind == "bathroom" and rng.random() < 0.85:
         surface = tiles(rng, wall=True)
         if rng.random() < 0.5:
@@ -208,7 +212,7 @@ def _add_neighbour(rng: Random, building: Building, space: int) -> None:
                 continue
             low, high = DIMENSIONS[kind].height
             height = millimetres(min(max(here.height, low), max(high, min(here.height, 3.2))))
-            top = millimetres(min(opening[1], here.height - 0.02, height - 0.02))
+            top = millimetres(min(opening[1], here.height - 0.15, height - 0.15))
             building.spaces.append(_space(rng, building, kind, outline, height, main=False))
             building.openings.append(
                 Opening(
@@ -257,7 +261,7 @@ def draw_doorway(
     depth = millimetres(rng.uniform(0.09, 0.24))
     if rng.random() < _OPEN_PLAN.get(frozenset({here, there}), 0.08):
         width = rng.uniform(0.95, 1.6) if rng.random() < 0.5 else rng.uniform(1.6, 4.2)
-        top = rng.choice([2.05, 2.15, 2.3, 2.5, 9.0])
+        top = rng.choice([2.05, 2.15, 2.3, 2.5, 9.0])  # the last: up to a lintel under the ceiling
         return width, top, depth, {"lining": rng.random() < 0.3, **_lining(building)}, "passage"
     width, details = door_details(rng, building, here)
     details["angle"] = round(choose(rng, [(rng.uniform(1.2, 1.57), 3.0), (rng.uniform(0.15, 1.2), 2.0)]), 3)
