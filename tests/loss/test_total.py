@@ -17,7 +17,8 @@ from mixlight.sphere import equirect
 
 HEIGHT = 8
 SHARPNESS = 0.0025
-OFF = {field.name: 0.0 for field in dataclasses.fields(LossWeights) if field.name != "sphere_offset"}
+SETTINGS = ("sphere_offset", "transport_form")
+OFF = {field.name: 0.0 for field in dataclasses.fields(LossWeights) if field.name not in SETTINGS}
 OFF |= {"spheres": (0.0, 0.0, 0.0), "spheres_si": (0.0, 0.0, 0.0)}  # type: ignore[dict-item]
 TERMS = set(OFF)
 

@@ -235,13 +235,13 @@ def test_steps_without_a_finite_gradient_are_logged_left_out_and_end_a_diverging
     monkeypatch.setattr("mixlight.training.loop._MOST_SKIPPED", 2)
     run = Run(read_config(dataset), tmp_path, resume=False, cache=dataset.parent / "cache")
     before = run.model.state_dict()["heads.outputs.weight"].clone()
-    forward = run.loss.forward
+    forward = run.objective.forward
 
     def broken(*arguments: Tensor) -> tuple[Tensor, dict[str, Tensor]]:
         loss, terms = forward(*arguments)
         return loss * torch.nan, terms
 
-    monkeypatch.setattr(run.loss, "forward", broken)
+    monkeypatch.setattr(run.objective, "forward", broken)
     with pytest.raises(FloatingPointError, match="got none in 2 steps up to 2"):
         run.finish()
     assert torch.equal(run.model.state_dict()["heads.outputs.weight"], before)

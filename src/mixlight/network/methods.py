@@ -12,8 +12,9 @@ from mixlight.light.lighting import Lighting
 from mixlight.network.expanded_heads import ExpandedHeads, ExpandedLight
 from mixlight.network.heads import Prediction
 from mixlight.network.lamp_heads import LampHeads, LampLight
-from mixlight.network.model import ANCHORED, MixLightNet, ModelSettings
+from mixlight.network.model import MixLightNet
 from mixlight.network.photo_net import PhotoNet
+from mixlight.network.settings import ANCHORED, ModelSettings
 from mixlight.sphere import points
 
 AnyNet = PhotoNet[Any]
@@ -40,8 +41,8 @@ def create(settings: ModelSettings, pretrained: bool = False) -> AnyNet:
         settings.dropout,
     )
     if settings.sources == "lamps":
-        return PhotoNet(backbone, LampHeads(*common))
-    return PhotoNet(backbone, ExpandedHeads(*common, ambient=settings.ambient))
+        return PhotoNet(settings, backbone, LampHeads(*common))
+    return PhotoNet(settings, backbone, ExpandedHeads(*common, ambient=settings.ambient))
 
 
 def environments(

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from mixlight.network import backbones, srgb
+from mixlight.network.settings import ModelSettings
 from mixlight.network.trunk import Trunk
 
 _DARKEST = 1e-3
@@ -51,8 +52,9 @@ class PhotoNet(nn.Module, Generic[Light]):
     backbone: backbones.Backbone
     heads: Trunk[Light]
 
-    def __init__(self, backbone: backbones.Backbone, heads: Trunk[Light]) -> None:
+    def __init__(self, settings: ModelSettings, backbone: backbones.Backbone, heads: Trunk[Light]) -> None:
         super().__init__()
+        self.settings = settings
         self.backbone = backbone
         self.heads = heads
 

@@ -15,6 +15,7 @@ from mixlight.data.camera_model import CameraSettings
 from mixlight.data.crops import CropSettings
 from mixlight.data.labels import LabelSettings
 from mixlight.data.training_set import SamplingSettings
+from mixlight.loss.lamps import LampWeights
 from mixlight.loss.total import LossWeights
 from mixlight.network.model import ModelSettings
 
@@ -116,8 +117,14 @@ class TrainingConfig:
     more."""
     loss: LossWeights = field(default_factory=LossWeights)
     """What counts."""
+    lamps: LampWeights = field(default_factory=LampWeights)
+    """What counts beside that where the model's `sources` are `lamps`."""
     optimiser: OptimiserSettings = field(default_factory=OptimiserSettings)
     """How the weights are moved."""
+    frozen_views: int = 0
+    """Above 0 the backbone is not trained at all: its features on this many views (drawn as in training, the
+    same for every seed of the run) are computed once, kept in the cache, and the heads are trained on those.
+    A run then takes seconds, for studies that compare many."""
 
     def __post_init__(self) -> None:
         if not self.tables:
@@ -125,7 +132,7 @@ class TrainingConfig:
         for name in ("steps", "batch_size", "validate_every", "checkpoint_every"):
             if getattr(self, name) < 1:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
-        for name in ("seed", "validation_rooms", "workers"):
+        for name in ("seed", "validation_rooms", "workers", "frozen_views"):
             if getattr(self, name) < 0:
                 raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
         if self.unit not in ("photo", "truth"):

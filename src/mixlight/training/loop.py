@@ -8,7 +8,7 @@ import json
 import math
 import multiprocessing
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import torch
@@ -17,22 +17,26 @@ from torch.utils.data import DataLoader, Dataset
 from tqdm import tqdm
 
 from mixlight.data.labels import default_cache
-from mixlight.data.panoramas import check_split, read_table, select
+from mixlight.data.panoramas import PanoramaRecord, check_split, read_table, select
 from mixlight.data.training_set import Batch, TrainingSet
 from mixlight.image.atomic import atomic_path
 from mixlight.light.separate import luminance
-from mixlight.loss.total import TotalLoss
 from mixlight.network import weights
-from mixlight.network.model import MixLightNet, mean_linear_colour
+from mixlight.network.methods import AnyNet, create
+from mixlight.network.model import mean_linear_colour
 from mixlight.training import checkpoint as checkpoints
 from mixlight.training.card import commit, make_card, versions
-from mixlight.training.config import WORDS, TrainingConfig, differences, to_plain
+from mixlight.training.config import WORDS, OptimiserSettings, TrainingConfig, differences, to_plain
+from mixlight.training.features import FeatureBank, FeatureBatch, cached_bank
 from mixlight.training.log import RunLog
+from mixlight.training.objective import Truth, make_objective, truth_of
 from mixlight.training.schedule import freeze, make_optimiser, rate_share, set_rate, set_training_mode
 from mixlight.training.validation import ValidationSet
 
 MODEL_FILE = "model.safetensors"
 CONFIG_FILE = "config.json"
+
+_FROZEN = OptimiserSettings(frozen_share=1.0)
 
 _MEAN_BATCHES = 4
 """Batches whose mean light an untrained network predicts."""
@@ -70,20 +74,28 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
     return Run(config, out, resume=resume, cache=cache).finish()
 
 
-class _Steps(Dataset[Batch]):
+class _Steps(Dataset[Batch | FeatureBatch]):
     """Batches by step number, for a loader process."""
 
-    def __init__(self, training_set: TrainingSet, seed: int, size: int) -> None:
+    def __init__(self, training_set: TrainingSet | FeatureBank, seed: int, size: int) -> None:
         self.training_set, self.seed, self.size = training_set, seed, size
 
-    def __getitem__(self, step: int) -> Batch:
+    def __getitem__(self, step: int) -> Batch | FeatureBatch:
         return self.training_set.batch(self.seed, step, self.size)
 
 
 class Run:
     """One training run; see `train`."""
 
-    def __init__(self, config: TrainingConfig, out: Path, *, resume: bool, cache: Path | None) -> None:
+    def __init__(
+        self,
+        config: TrainingConfig,
+        out: Path,
+        *,
+        resume: bool,
+        cache: Path | None,
+        validation: ValidationSet | None = None,
+    ) -> None:
         self.config, self.out = config, out
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         out.mkdir(parents=True, exist_ok=True)
@@ -91,26 +103,17 @@ class Run:
         saved = self._saved() if resume else None
         records = [record for table in config.tables for record in read_table(table)]
         check_split(records)  # across the tables, too
-        canonical = config.model.canonical
-        self.training_set = TrainingSet(
-            select(records, "train"),
-            canonical,
-            config.labels,
-            cache or default_cache(),
-            config.crops,
-            config.camera,
-            config.sampling,
+        self.validation = validation or ValidationSet(
+            select(records, "val"), config.model.canonical, config.validation_rooms
         )
-        self.validation = ValidationSet(select(records, "val"), canonical, config.validation_rooms)
         listed = [(r.scene, r.category, r.split) for r in records if r.split != "test"]
         self.data = hashlib.sha256(repr(listed).encode()).hexdigest()
         self.model = self._make_model()
-        freeze(self.model, config.optimiser)
+        freeze(self.model, config.optimiser if not config.frozen_views else _FROZEN)
         self.model.to(self.device)
+        self.training_set = self._make_views(select(records, "train"), cache or default_cache())
         self.optimiser = make_optimiser(self.model, config.optimiser)
-        self.loss = TotalLoss(
-            config.loss, config.model.anchors, config.model.sharpness, config.labels.map_height
-        ).to(self.device)
+        self.objective = make_objective(config).to(self.device)
         self.step = 0
         self.skipped = 0
         self.best: dict[str, Tensor] = {}
@@ -161,11 +164,11 @@ class Run:
     def _checkpoint(self) -> Path:
         return self.out / checkpoints.FILE_NAME
 
-    def _batches(self) -> Iterator[Batch]:
+    def _batches(self) -> Iterator[Batch | FeatureBatch]:
         config = self.config
         steps = range(self.step, config.steps)
         dataset = _Steps(self.training_set, config.seed, config.batch_size)
-        if not config.workers:
+        if not config.workers or config.frozen_views:
             return (dataset[step] for step in steps)
         # Forked workers share the panoramas' memory with this process.
         forks = "fork" in multiprocessing.get_all_start_methods()
@@ -186,10 +189,10 @@ class Run:
             torch.manual_seed(seed)
             yield
 
-    def _make_model(self) -> MixLightNet:
+    def _make_model(self) -> AnyNet:
         config, start = self.config, self.config.backbone_weights
         with self._seeded(config.seed):
-            model = MixLightNet(config.model, pretrained=start == "imagenet")
+            model = create(config.model, pretrained=start == "imagenet")
         if config.model_weights:
             whole = weights.find(config.model_weights)
             weights.load_into(model, weights.load(whole)[0], whole)
@@ -197,28 +200,37 @@ class Run:
             weights.load_into(model.backbone, weights.load(start)[0], start)
         return model
 
-    def train_step(self, batch: Batch) -> dict[str, float]:
+    def _make_views(self, records: Sequence[PanoramaRecord], cache: Path) -> TrainingSet | FeatureBank:
+        """Views of the training panoramas, as photos or as features of a frozen backbone."""
+        config = self.config
+
+        def make() -> TrainingSet:
+            canonical = config.model.canonical
+            return TrainingSet(
+                records, canonical, config.labels, cache, config.crops, config.camera, config.sampling
+            )
+
+        if not config.frozen_views:
+            return make()
+        return cached_bank(config, records, self.model.backbone, make, cache)
+
+    def train_step(self, batch: Batch | FeatureBatch) -> dict[str, float]:
         """Does one optimiser step on a batch; returns the loss and its terms (the caller counts the step)."""
         config = self.config
         set_training_mode(self.model, config.optimiser)
         set_rate(self.optimiser, rate_share(self.step, config.steps, config.optimiser))
-        with self._seeded(config.seed * 1_000_003 + self.step):
-            photo = batch.photo.to(self.device)
-            with torch.autocast(self.device.type, torch.bfloat16, enabled=config.precision == "bfloat16"):
-                prediction, mean = self.model.relative(photo)
-        prediction = prediction.scaled(mean)
-        loss, terms = self.loss(
-            prediction.scores,
-            prediction.distribution,
-            prediction.intensity,
-            prediction.colour,
-            prediction.ambient,
-            prediction.camera,
-            batch.anchor_energy.to(self.device),
-            batch.ambient.to(self.device),
-            batch.small_map.to(self.device),
-            batch.camera.to(self.device),
+        half = torch.autocast(self.device.type, torch.bfloat16, enabled=config.precision == "bfloat16")
+        with self._seeded(config.seed * 1_000_003 + self.step), half:
+            if isinstance(batch, FeatureBatch):
+                mean = batch.mean.to(self.device)
+                prediction = self.model.heads(batch.features.to(self.device), mean)
+            else:
+                prediction, mean = self.model.relative(batch.photo.to(self.device))
+        loss, terms = self.objective(
+            prediction.scaled(mean),
+            truth_of(batch).to(self.device),
             luminance(mean) if config.unit == "photo" else None,
+            self.step / config.steps,
         )
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
@@ -248,6 +260,8 @@ class Run:
         # Bias-corrected at the start: the first steps average over what there is.
         decay = min(self.config.optimiser.ema_decay, (1 + self.step) / (10 + self.step))
         for key, value in self.model.state_dict().items():
+            if self.config.frozen_views and key.startswith("backbone."):
+                continue
             if value.dtype.is_floating_point:
                 self.average[key].lerp_(value, 1 - decay)
             else:
@@ -271,27 +285,14 @@ class Run:
 
     def _start_from_mean(self) -> None:
         """Sets the output biases to the mean photo-relative light of a few training batches."""
-        energy, ambient, poses = [], [], []
+        truths, means = [], []
         for k in range(_MEAN_BATCHES):
             # Steps far beyond the run's own.
             batch = self.training_set.batch(self.config.seed, 2**31 - 1 - k, self.config.batch_size)
-            mean = mean_linear_colour(batch.photo)[:, None]
-            energy.append(batch.anchor_energy / mean)
-            ambient.append(batch.ambient / mean)
-            poses.append(batch.camera)
-        sources, rest = torch.cat(energy), torch.cat(ambient)
-        share = luminance(sources)
-        share = share / share.sum(-1, keepdim=True).clamp(min=1e-9)
-        total = sources.sum(1).clamp(min=1e-6)
-        base = rest[:, 0].clamp(min=1e-4).log().mean(0).exp()
-        shape = (rest[:, 1:] / rest[:, :1].clamp(min=1e-4)).mean(0) * base
-        self.model.heads.start_from(
-            share.mean(0),
-            float(total.norm(dim=-1).log().mean()),
-            total.log().mean(0) - total.log().mean(),
-            torch.cat([base[None], shape]),
-            torch.cat(poses).mean(0),
-        )
+            means.append(batch.mean if isinstance(batch, FeatureBatch) else mean_linear_colour(batch.photo))
+            truths.append(truth_of(batch))
+        together = Truth.joined(truths)
+        self.objective.start(self.model, together.scaled(1 / torch.cat(means)))
 
     def _saved(self) -> checkpoints.Checkpoint | None:
         """The checkpoint to go on from, if there is one."""

@@ -6,7 +6,7 @@ import math
 
 from torch import nn, optim
 
-from mixlight.network.model import MixLightNet
+from mixlight.network.methods import AnyNet
 from mixlight.training.config import OptimiserSettings
 
 
@@ -29,7 +29,7 @@ def rate_share(step: int, steps: int, settings: OptimiserSettings) -> float:
     return settings.final_share + (1 - settings.final_share) * cosine
 
 
-def freeze(model: MixLightNet, settings: OptimiserSettings) -> None:
+def freeze(model: AnyNet, settings: OptimiserSettings) -> None:
     """Takes the first `frozen_share` of the backbone's parameter tensors, from the input on, out of
     training.
     """
@@ -38,7 +38,7 @@ def freeze(model: MixLightNet, settings: OptimiserSettings) -> None:
         tensor.requires_grad_(False)
 
 
-def make_optimiser(model: MixLightNet, settings: OptimiserSettings) -> optim.Optimizer:
+def make_optimiser(model: AnyNet, settings: OptimiserSettings) -> optim.Optimizer:
     """Adam or AdamW over four groups: backbone and heads, with and without decay.
 
     Each group carries its peak rate as `peak`; vectors (biases, norms) have no weight decay.
@@ -65,7 +65,7 @@ def set_rate(optimiser: optim.Optimizer, share: float) -> None:
         group["lr"] = share * group["peak"]
 
 
-def set_training_mode(model: MixLightNet, settings: OptimiserSettings) -> None:
+def set_training_mode(model: AnyNet, settings: OptimiserSettings) -> None:
     """Training mode; batch norms of the backbone keep their statistics where the settings say so.
 
     Their scales and offsets are trained all the same.

@@ -15,7 +15,7 @@ from mixlight.light.compare import rmse_and_si_rmse
 from mixlight.light.lighting import Lighting
 from mixlight.network.canonical import CanonicalView
 from mixlight.network.heads import Prediction
-from mixlight.network.model import MixLightNet
+from mixlight.network.methods import AnyNet, environments
 from mixlight.render.spheres import SphereRenderer
 
 SPHERES = ("diffuse", "matte", "mirror")
@@ -102,7 +102,7 @@ class ValidationSet:
         self.renderer = renderer or SphereRenderer(resolution=64)
 
     @torch.no_grad()
-    def evaluate(self, model: MixLightNet) -> dict[str, float]:
+    def evaluate(self, model: AnyNet) -> dict[str, float]:
         """Medians of all six cells for each kind, and `score`, which chooses a model (lower is better).
 
         The score is a geometric mean, so that no bright scene rules it: over the RMSE and si-RMSE of the
@@ -118,7 +118,7 @@ class ValidationSet:
             for start in range(0, len(samples), _CHUNK):
                 chunk = samples[start : start + _CHUNK]
                 prediction = model(torch.stack([s.photo for s in chunk]).to(device)).to("cpu")
-                predicted = predicted_environments(prediction, model.settings.sharpness)
+                predicted = environments(prediction, model.settings)
                 true = torch.stack([s.environment for s in chunk])
                 errors.append(score_spheres(self.renderer, predicted, true))
             cells = torch.cat(errors)
