@@ -1,4 +1,4 @@
-"""How the three materials of the test spheres reflect light."""
+"""What test spheres are made of, and how the three materials of protocol M reflect light."""
 
 from __future__ import annotations
 
@@ -16,12 +16,21 @@ class Material:
 
     name: str
     """Name used in results and pictures."""
-    kind: Literal["diffuse", "ggx", "mirror"]
-    """Reflection kernel."""
+    kind: Literal["diffuse", "ggx", "mirror", "paint", "metal"]
+    """How it reflects: the plain three of this module, or the two of `mixlight.light.principled`."""
     reflectance: float
-    """Albedo of the diffuse kernel; normal-incidence reflectance of the other two (no Fresnel term)."""
+    """Albedo of `diffuse` and of what lies under the coat of `paint`; of the others the reflectance at normal
+    incidence (and, for `ggx` and `mirror`, at every other)."""
     alpha: float = 0.0
-    """GGX roughness alpha (the square of the artist's roughness); used by `ggx` only."""
+    """GGX roughness alpha (the square of the artist's roughness) of `ggx`, `metal` and the coat of `paint`.
+    A metal of alpha 0 is a mirror."""
+    ior: float = 1.5
+    """Index of refraction of the coat of `paint`."""
+
+    @property
+    def is_mirror(self) -> bool:
+        """Whether it shows the world itself, unblurred."""
+        return self.kind == "mirror" or (self.kind == "metal" and self.alpha == 0)
 
 
 MATERIALS: tuple[Material, ...] = (
@@ -96,7 +105,7 @@ def ggx_kernel(
     return light * (colour * alpha2 / (2 * math.pi)) / (spread * smith).clamp(min=1e-30)
 
 
-def reflect(normals: Float[Tensor, "*n 3"], view: Float[Tensor, " 3"]) -> Float[Tensor, "*n 3"]:
+def reflect(normals: Float[Tensor, "*#n 3"], view: Float[Tensor, "*#n 3"]) -> Float[Tensor, "*n 3"]:
     """Direction from which a mirror shows light to the viewer: 2 (n.v) n - v.
 
     Convention: all directions point away from the surface. Seen along +Z, the normal that leans by
@@ -108,4 +117,4 @@ def reflect(normals: Float[Tensor, "*n 3"], view: Float[Tensor, " 3"]) -> Float[
     >>> [round(x, 4) for x in d.tolist()]
     [1.0, 0.0, 0.0]
     """
-    return 2 * (normals @ view)[..., None] * normals - view
+    return 2 * (normals * view).sum(-1, keepdim=True) * normals - view

@@ -25,6 +25,7 @@ from mixlight.light.reflection import (
     reflect,
 )
 from mixlight.light.sphere_samples import SphereSamples, sphere_normals
+from mixlight.light.surfaces import kernel, mirror_reflectance
 from mixlight.sphere import equirect
 
 __all__ = [
@@ -120,10 +121,10 @@ def ggx_matrix(
     0.733
     """
 
-    def kernel(n: Tensor, light: Tensor) -> Tensor:
+    def seen(n: Tensor, light: Tensor) -> Tensor:
         return ggx_kernel(n @ light.T, (n @ view.to(n))[:, None], light @ view.to(n), alpha, colour)
 
-    return _matrix(kernel, normals, height, width, supersample)
+    return _matrix(seen, normals, height, width, supersample)
 
 
 def mirror_matrix(
@@ -196,9 +197,10 @@ def sphere_matrix(
         (first_quarter.cumsum(0) - 1)[samples.pixel[chosen]],
         samples.weight[chosen],
         samples.mask,
+        samples.camera,
     )
     shape = (int(first_quarter.sum()), height, _map_width(height, width))
-    if material.kind == "mirror":
+    if material.is_mirror:
         quarter = _mirror_pixels(material, part, shape, interpolation)
     else:
         quarter = _dense_pixels(material, part, shape, texel_supersample)
@@ -224,15 +226,14 @@ def _dense_pixels(
     """Rows of a diffuse or GGX sphere: the kernel's matrix at every sample, added up to pixels."""
     pixels, height, width = shape
     view = torch.tensor(VIEW, dtype=torch.float64)
+
+    def seen(n: Tensor, light: Tensor) -> Tensor:
+        return kernel(material, n @ light.T, (n @ view)[:, None], light @ view)
+
     result = torch.zeros(pixels, height * width, dtype=torch.float64)
     for block in torch.split(torch.arange(len(samples.normals)), max(1, _BLOCK_ELEMENTS // (height * width))):
         normals = samples.normals[block]
-        if material.kind == "diffuse":
-            values = diffuse_matrix(normals, height, width, material.reflectance, texel_supersample)
-        else:
-            values = ggx_matrix(
-                normals, view, height, width, material.alpha, material.reflectance, texel_supersample
-            )
+        values = _matrix(seen, normals, height, width, texel_supersample)
         result.index_add_(0, samples.pixel[block], values * samples.weight[block, None])
     return result
 
@@ -248,7 +249,7 @@ def _mirror_pixels(
     view = torch.tensor(VIEW, dtype=torch.float64)
     index, share = _mirror_entries(samples.normals, view, height, width, interpolation)
     row = samples.pixel[:, None].expand_as(index)
-    value = share * samples.weight[:, None] * material.reflectance
+    value = share * (samples.weight * mirror_reflectance(material, samples.normals @ view))[:, None]
     result = torch.zeros(pixels, height * width, dtype=torch.float64)
     return result.index_put_((row.flatten(), index.flatten()), value.flatten(), accumulate=True)
 
@@ -277,13 +278,13 @@ def _mirror_entries(
 
 
 def _matrix(
-    kernel: Callable[[Tensor, Tensor], Tensor],
+    seen: Callable[[Tensor, Tensor], Tensor],
     normals: Tensor,
     height: int,
     width: int | None,
     supersample: int,
 ) -> Tensor:
-    """Kernel times solid angle, summed over the parts of each texel; `kernel([p, 3], [t, 3]) -> [p, t]`."""
+    """Kernel times solid angle, summed over the parts of each texel; `seen([p, 3], [t, 3]) -> [p, t]`."""
     width = _map_width(height, width)
     if supersample < 1:
         raise ValueError(f"expected supersample of at least 1, got {supersample}")
@@ -299,7 +300,7 @@ def _matrix(
     result = torch.empty(len(flat), height * width, dtype=torch.float64, device=device)
     step = max(1, _CHUNK_ELEMENTS // len(lights))
     for start in range(0, len(flat), step):
-        values = kernel(flat[start : start + step], lights) * solid_angle
+        values = seen(flat[start : start + step], lights) * solid_angle
         parts = values.reshape(-1, height, supersample, width, supersample)
         result[start : start + step] = parts.sum((2, 4)).reshape(-1, height * width)
     return result.reshape(*normals.shape[:-1], height * width).to(normals.dtype)

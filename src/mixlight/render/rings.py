@@ -11,13 +11,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Literal
 
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 from torch.nn import functional
 
-from mixlight.light.transport import Material, SphereSamples, diffuse_kernel, ggx_kernel, mirror_taps
+from mixlight.light.reflection import Material
+from mixlight.light.sphere_camera import SphereCamera
+from mixlight.light.sphere_samples import SphereSamples
+from mixlight.light.surfaces import kernel
+from mixlight.light.transport import mirror_taps
 from mixlight.sphere import equirect
 
 _POLAR_HEIGHT = 128
@@ -31,6 +36,10 @@ _BEHIND = -0.95
 
 MINIMUM_ALPHA = 0.1
 """Sharper GGX lobes than this are not resolved by the polar grid."""
+
+Interpolation = Literal["constant", "linear"]
+"""What a map is between the centres of its texels: constant over each texel's area, or bilinear, as Blender
+and Mitsuba read it."""
 
 
 class RingTransport(nn.Module):
@@ -56,13 +65,20 @@ class RingTransport(nn.Module):
     ring_offsets: Tensor
     """Bags of points on the grid of rings that make up each pixel."""
 
-    def __init__(self, materials: Sequence[Material], samples: SphereSamples, height: int) -> None:
+    def __init__(
+        self,
+        materials: Sequence[Material],
+        samples: SphereSamples,
+        height: int,
+        interpolation: Interpolation = "constant",
+    ) -> None:
         """Build the tables, in well under a second.
 
         Args:
             materials: What the spheres are made of; no mirrors.
             samples: The points of the sphere's picture.
             height: Rows of the environment maps; their width is twice that.
+            interpolation: What a map is between its texels' centres.
 
         Raises:
             ValueError: For a mirror, or a GGX alpha below `MINIMUM_ALPHA`.
@@ -70,8 +86,9 @@ class RingTransport(nn.Module):
         super().__init__()
         self.rings = _RINGS
         self.kernel_count = len(materials)
-        kernels = torch.cat([_kernel_spectrum(material) for material in materials], dim=1)
-        source, weight, offsets = _spread(height)
+        distance = samples.camera.distance
+        kernels = torch.cat([_kernel_spectrum(material, distance) for material in materials], dim=1)
+        source, weight, offsets = _spread(height, samples.camera, interpolation)
         index, share = _ring_taps(samples)
         self.register_buffer("kernels", kernels.float(), persistent=False)
         self.register_buffer("spread_source", source, persistent=False)
@@ -119,21 +136,22 @@ def bag_offsets(samples: SphereSamples, taps: int = 4) -> Int[Tensor, " pixels"]
 def _to_polar(directions: Tensor) -> Tensor:
     """The direction whose place on an ordinary panorama is this direction's place on the polar one.
 
-    The polar panorama has +Z at its top, and in its centre the azimuth atan2(y, x) = 0 of the picture.
+    Directions in the camera's axes. The polar panorama has the view axis at its top, and in its centre the
+    azimuth atan2(y, x) = 0 of the picture.
     """
     x, y, z = directions.unbind(-1)
     return torch.stack((y, z, -x), -1)
 
 
-def _spread(height: int) -> tuple[Tensor, Tensor, Tensor]:
-    """Which texels lie on each polar cell, with what part of their solid angle: bags for `embedding_bag`.
+def _spread(height: int, camera: SphereCamera, interpolation: Interpolation) -> tuple[Tensor, Tensor, Tensor]:
+    """Which texels light each polar cell, with what solid angle: bags for `embedding_bag`.
 
     Texels are cut into 2 x 2 parts, those behind the sphere into 6 x 6: near that pole one texel spans
     a wide range of azimuth, and the matte lobe at the rim is narrow in it.
     """
     texels = 2 * height**2
-    rows = torch.arange(texels)
-    behind = equirect.pixel_directions(height, dtype=torch.float64).reshape(-1, 3)[:, 2] < _BEHIND
+    axes = camera.axes.T
+    behind = (equirect.pixel_directions(height, dtype=torch.float64).reshape(-1, 3) @ axes)[:, 2] < _BEHIND
     keys, weights = [], []
     for parts, chosen in ((2, ~behind), (6, behind)):
         directions = equirect.pixel_directions(height * parts, dtype=torch.float64)
@@ -141,9 +159,16 @@ def _spread(height: int) -> tuple[Tensor, Tensor, Tensor]:
         cut = (height, parts, 2 * height, parts)
         directions = directions.reshape(*cut, 3).transpose(1, 2).reshape(texels, -1, 3)[chosen]
         angles = angles.reshape(cut).transpose(1, 2).reshape(texels, -1)[chosen]
-        cell, share = mirror_taps(_to_polar(directions), _POLAR_HEIGHT)
-        keys.append((cell * texels + rows[chosen, None, None]).flatten())
-        weights.append((share * angles[..., None]).flatten())
+        cell, share = mirror_taps(_to_polar(directions @ axes), _POLAR_HEIGHT)
+        share = share * angles[..., None]
+        if interpolation == "constant":
+            texel = torch.arange(texels)[chosen, None, None]
+            keys.append((cell * texels + texel).flatten())
+            weights.append(share.flatten())
+        else:
+            texel, part = mirror_taps(directions, height)
+            keys.append((cell[..., None] * texels + texel[..., None, :]).flatten())
+            weights.append((share[..., None] * part[..., None, :]).flatten())
     # Parts of one texel that fall on one cell become one entry.
     key, entry = torch.cat(keys).unique(return_inverse=True)
     weight = torch.zeros(len(key), dtype=torch.float64).index_add_(0, entry, torch.cat(weights))
@@ -151,29 +176,31 @@ def _spread(height: int) -> tuple[Tensor, Tensor, Tensor]:
     return key % texels, weight, counts.cumsum(0) - counts
 
 
-@lru_cache(maxsize=4)
-def _kernel_spectrum(material: Material) -> Tensor:
-    """Fourier coefficients in azimuth of a material's kernel, [frequencies, rings, polar rows]
-    (read-only).
+@lru_cache(maxsize=6)
+def _kernel_spectrum(material: Material, distance: float) -> Tensor:
+    """Fourier coefficients in azimuth of a material's kernel as a camera at this distance sees it,
+    [frequencies, rings, polar rows] (read-only).
     """
-    if material.kind == "mirror":
+    if material.is_mirror:
         raise ValueError(f"expected a diffuse or ggx material, got {material}")
-    if material.kind == "ggx" and material.alpha < MINIMUM_ALPHA:
+    if material.kind != "diffuse" and material.alpha < MINIMUM_ALPHA:
         raise ValueError(f"expected a GGX alpha of at least {MINIMUM_ALPHA}, got {material.alpha}")
+    camera = SphereCamera(1, 1, (0.0, 0.0, 1.0), distance, 1.0)
     grid = torch.float64
-    lean = torch.linspace(0, math.pi / 2, _RINGS, dtype=grid)[:, None, None]
+    incidence = torch.linspace(0, math.pi / 2, _RINGS, dtype=grid)[:, None, None]
+    lean, sight = camera.lean(incidence), camera.sight(incidence)
     polar = ((torch.arange(_POLAR_HEIGHT, dtype=grid) + 0.5) * (math.pi / _POLAR_HEIGHT))[:, None]
     half_turn = torch.arange(_POLAR_HEIGHT + 1, dtype=grid) * (math.pi / _POLAR_HEIGHT)
-    cos_light = torch.addcmul(lean.cos() * polar.cos(), lean.sin() * polar.sin(), half_turn.cos())
-    if material.kind == "diffuse":
-        kernel = diffuse_kernel(cos_light, material.reflectance)
-    else:
-        kernel = ggx_kernel(cos_light, lean.cos(), polar.cos(), material.alpha, material.reflectance)
+    across = polar.sin() * half_turn.cos()
+    cos_light = lean.cos() * polar.cos() + lean.sin() * across
+    # The direction to the camera leans to the other side of the axis than the normal.
+    light_dot_view = sight.cos() * polar.cos() - sight.sin() * across
+    values = kernel(material, cos_light, incidence.cos(), light_dot_view)
     # The transform of a real function that is even in azimuth is a cosine transform of half a turn.
     frequency = torch.arange(_POLAR_HEIGHT + 1, dtype=grid)
     cosines = 2 * torch.cos(frequency[:, None] * half_turn)
     cosines[:, [0, -1]] /= 2
-    return (_counter_blur(kernel) @ cosines.T).permute(2, 0, 1).contiguous()
+    return (_counter_blur(values) @ cosines.T).permute(2, 0, 1).contiguous()
 
 
 def _counter_blur(kernel: Tensor) -> Tensor:
@@ -197,9 +224,10 @@ def _counter_blur(kernel: Tensor) -> Tensor:
 
 def _ring_taps(samples: SphereSamples) -> tuple[Tensor, Tensor]:
     """Bilinear look-up of samples on the [rings, azimuth] grid: [samples, 4] indices and weights."""
-    x, y, z = samples.normals.double().unbind(-1)
+    x, y, z = (samples.normals.double() @ samples.camera.axes.T).unbind(-1)
     width = 2 * _POLAR_HEIGHT
-    row = torch.atan2(torch.hypot(x, y), z) * ((_RINGS - 1) / (math.pi / 2))
+    incidence = samples.camera.incidence(torch.atan2(torch.hypot(x, y), z))
+    row = incidence * ((_RINGS - 1) / (math.pi / 2))
     column = torch.atan2(y, x) * (width / (2 * math.pi)) + (width - 1) / 2
     inner = row.floor().clamp(0, _RINGS - 2)
     left = column.floor()

@@ -10,8 +10,12 @@ from jaxtyping import Bool, Float
 from torch import Tensor, nn
 from torch.nn import functional
 
-from mixlight.light.transport import MATERIALS, VIEW, Material, mirror_taps, reflect, sphere_normals
-from mixlight.render.rings import RingTransport, bag_offsets
+from mixlight.light.reflection import MATERIALS, Material, reflect
+from mixlight.light.sphere_camera import SphereCamera
+from mixlight.light.sphere_samples import picture_samples
+from mixlight.light.surfaces import mirror_reflectance
+from mixlight.light.transport import mirror_taps
+from mixlight.render.rings import Interpolation, RingTransport, bag_offsets
 from mixlight.sphere import equirect
 
 _SAMPLES_ACROSS = 256
@@ -39,22 +43,32 @@ class SphereRenderer(nn.Module):
     """
 
     mask: Tensor
-    """[resolution, resolution] bool: True where the pixel's centre lies on the sphere."""
+    """[height, width] bool: True where the pixel's centre lies on the sphere."""
     mirror_index: Tensor
-    mirror_weight: Tensor
     mirror_offsets: Tensor
-    """Bags of texels that each pixel of a mirror shows; colour not included."""
+    """Bags of texels that each pixel of a mirror shows. Their weights are in `mirror_weight` (colour not
+    included) and, for metals, whose reflectance depends on the angle, in one `metal_weight_<i>` each."""
+    mirror_weight: Tensor
 
     def __init__(
-        self, resolution: int = 128, height: int = 128, materials: Sequence[Material] = MATERIALS
+        self,
+        resolution: int = 128,
+        height: int = 128,
+        materials: Sequence[Material] = MATERIALS,
+        *,
+        camera: SphereCamera | None = None,
+        interpolation: Interpolation = "constant",
     ) -> None:
         """Build the tables.
 
         Args:
-            resolution: Width and height of the pictures in pixels.
+            resolution: Width and height of the pictures in pixels; not used where a camera is given.
             height: Rows of the map that is rendered; maps of another size are resized with their energy kept.
-                Protocol M renders at 128x256.
+                Protocols M and S render at 128x256.
             materials: What the spheres are made of; the three of protocol M if not given.
+            camera: Who looks, and the size of the picture; from afar if not given.
+            interpolation: What a map is between its texels' centres for diffuse and rough materials. Mirrors
+                always read it bilinearly.
 
         Raises:
             ValueError: If a size is below 1, or a GGX alpha is too small for the method (use a mirror).
@@ -62,25 +76,31 @@ class SphereRenderer(nn.Module):
         super().__init__()
         if height < 1:
             raise ValueError(f"expected a map of at least one row, got {height}")
-        self.resolution = resolution
+        self.camera = camera = SphereCamera.orthographic(resolution) if camera is None else camera
         self.height = height
         self.materials = tuple(materials)
-        samples = sphere_normals(resolution, _per_pixel(_SAMPLES_ACROSS, resolution))
+        across = round(2 * camera.radius)
+        samples = picture_samples(camera, _per_pixel(_SAMPLES_ACROSS, across))
         self.register_buffer("mask", samples.mask, persistent=False)
-        glossy = [material for material in self.materials if material.kind != "mirror"]
-        self.rings = RingTransport(glossy, samples, height) if glossy else None
+        glossy = [material for material in self.materials if not material.is_mirror]
+        self.rings = RingTransport(glossy, samples, height, interpolation) if glossy else None
         if len(glossy) < len(self.materials):
-            samples = sphere_normals(resolution, _per_pixel(_MIRROR_SAMPLES_ACROSS, resolution))
-            seen = reflect(samples.normals, samples.normals.new_tensor(VIEW))
-            index, weight = mirror_taps(seen, height)
+            samples = picture_samples(camera, _per_pixel(_MIRROR_SAMPLES_ACROSS, across))
+            views = camera.views(samples.normals)
+            index, weight = mirror_taps(reflect(samples.normals, views), height)
             weight = weight * samples.weight[:, None]
             self.register_buffer("mirror_index", index.flatten(), persistent=False)
             self.register_buffer("mirror_weight", weight.flatten().float(), persistent=False)
             self.register_buffer("mirror_offsets", bag_offsets(samples), persistent=False)
+            cos_view = (samples.normals * views).sum(-1)
+            for i, material in enumerate(self.materials):
+                if material.is_mirror and material.kind == "metal":
+                    shown = weight * mirror_reflectance(material, cos_view)[:, None]
+                    self.register_buffer(f"metal_weight_{i}", shown.flatten().float(), persistent=False)
 
     def render(
         self, environment: Float[Tensor, "*batch height width channels"]
-    ) -> Float[Tensor, "*batch spheres resolution resolution channels"]:
+    ) -> Float[Tensor, "*batch spheres rows columns channels"]:
         """Pictures of all spheres in linear radiance, in the map's units; 0 outside `mask`.
 
         Raises:
@@ -98,14 +118,14 @@ class SphereRenderer(nn.Module):
         texels = precise.reshape(-1, 2 * self.height**2, channels).transpose(0, 1).flatten(1)
         with torch.autocast(environment.device.type, enabled=False):
             pixels = self._pixels(texels)
-        pictures = texels.new_zeros(len(self.materials), self.resolution, self.resolution, texels.shape[1])
+        pictures = texels.new_zeros(len(self.materials), *self.mask.shape, texels.shape[1])
         pictures[:, self.mask] = pixels
         pictures = pictures.reshape(*pictures.shape[:3], -1, channels).movedim(3, 0)
         return pictures.reshape(*batch, *pictures.shape[1:]).to(environment.dtype)
 
     def forward(
         self, environment: Float[Tensor, "*batch height width channels"]
-    ) -> Float[Tensor, "*batch spheres resolution resolution channels"]:
+    ) -> Float[Tensor, "*batch spheres rows columns channels"]:
         """Same as `render`."""
         return self.render(environment)
 
@@ -114,20 +134,25 @@ class SphereRenderer(nn.Module):
         glossy = iter(self.rings(texels)) if self.rings is not None else iter(())
         mirror: Tensor | None = None
         pixels = []
-        for material in self.materials:
-            if material.kind != "mirror":
+        for i, material in enumerate(self.materials):
+            if not material.is_mirror:
                 pixels.append(next(glossy))
-                continue
-            if mirror is None:
-                mirror = functional.embedding_bag(
-                    self.mirror_index,
-                    texels,
-                    self.mirror_offsets,
-                    mode="sum",
-                    per_sample_weights=self.mirror_weight.to(texels.dtype),
-                )
-            pixels.append(mirror * material.reflectance)
+            elif material.kind == "metal":
+                pixels.append(self._reflection(texels, self.get_buffer(f"metal_weight_{i}")))
+            else:
+                mirror = self._reflection(texels, self.mirror_weight) if mirror is None else mirror
+                pixels.append(mirror * material.reflectance)
         return torch.stack(pixels)
+
+    def _reflection(self, texels: Tensor, weight: Tensor) -> Tensor:
+        """[texels, columns] -> [pixels, columns]."""
+        return functional.embedding_bag(
+            self.mirror_index,
+            texels,
+            self.mirror_offsets,
+            mode="sum",
+            per_sample_weights=weight.to(texels.dtype),
+        )
 
 
 def render_spheres(
