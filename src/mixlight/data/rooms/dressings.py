@@ -1,8 +1,9 @@
-"""What hangs before windows: curtains, sheers, venetian blinds, roller blinds."""
+"""What hangs before windows: curtains, sheers, and venetian, roller, roman and vertical blinds."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -30,10 +31,8 @@ def parts(plan: Plan) -> list[Part]:
         drawn = float(details["drawn"])
         if details["dressing"] in ("curtain", "sheer"):
             _curtains(builder, edge, opening, space.height, cloth, drawn, phase=float(index))
-        elif details["dressing"] == "venetian":
-            _venetian(builder, edge, opening, cloth, drawn)
         else:
-            _roller(builder, edge, opening, cloth, drawn)
+            _BLINDS[details["dressing"]](builder, edge, opening, cloth, drawn)
     return builder.parts()
 
 
@@ -45,8 +44,12 @@ def _curtains(
     bottom = 0.02 if opening.details.get("to_floor") or opening.bottom < 0.3 else opening.bottom - 0.12
     into = 0.085
     metal = read_surface(opening.details["metal"])
-    path = np.array([(*edge.at(s, into), rod) for s in (left - 0.02, right + 0.02)])
-    builder.mesh(metal, tube(path, 0.011, segments=8))
+    if opening.details.get("pelmet"):
+        # A box of the cloth hides rod and heading.
+        builder.wall_box(cloth, edge, (left - 0.03, right + 0.03), (0.0, 0.17), (rod - 0.16, rod + 0.03))
+    else:
+        path = np.array([(*edge.at(s, into), rod) for s in (left - 0.02, right + 0.02)])
+        builder.mesh(metal, tube(path, 0.011, segments=8))
     width = (right - left) / 2 * max(drawn, 0.12)
     for start, end in ((left, left + width), (right - width, right)):
         builder.mesh(cloth, _folds(edge, start, end, into, bottom, rod - 0.01, drawn, phase))
@@ -110,7 +113,51 @@ def _roller(builder: Builder, edge: Edge, opening: Opening, cloth: Surface, draw
     builder.wall_box(cloth, edge, (a, b), (into - 0.006, into + 0.006), (bottom - 0.02, bottom))
 
 
+def _roman(builder: Builder, edge: Edge, opening: Opening, cloth: Surface, drawn: float) -> None:
+    """A cloth drawn up in folds: flat below, bellies above."""
+    a, b, into = opening.start + 0.01, opening.end - 0.01, _blind_plane(opening) + 0.01
+    full = opening.top - opening.bottom - 0.04
+    top, hanging = opening.top - 0.01, max(full * drawn, 0.12)
+    folds = max(2, round((full - hanging) / 0.16)) + 1
+    # Profile from the top down: straight cloth, then the gathered folds at the lower end.
+    profile = [(0.0, top), (0.0, top - max(hanging - 0.05 * folds, 0.04))]
+    for _ in range(folds):
+        z = profile[-1][1]
+        profile += [(0.035, z - 0.03), (0.03, z - 0.05), (0.0, z - 0.04)]
+    points = np.array(
+        [[(*edge.at(s, into + depth), max(z, opening.bottom + 0.01)) for s in (a, b)] for depth, z in profile]
+    )
+    builder.mesh(cloth, sheet(points))
+
+
+def _vertical(builder: Builder, edge: Edge, opening: Opening, cloth: Surface, drawn: float) -> None:
+    """Hanging strips, turned about their upright middle; the others are stacked at one side."""
+    a, b, into = opening.start + 0.01, opening.end - 0.01, _blind_plane(opening) + 0.06
+    top, bottom, wide = opening.top - 0.04, opening.bottom + 0.02, 0.127
+    builder.wall_box(cloth, edge, (a, b), (into - 0.02, into + 0.02), (top, top + 0.035))
+    tilt = float(opening.details.get("tilt", 0.3))
+    count = max(2, round((b - a) / 0.11))
+    stacked = round(count * (1 - drawn))
+    for i in range(count):
+        if i < stacked:
+            along, angle = a + 0.03 + 0.012 * i, 1.45
+        else:
+            along, angle = a + (b - a) * (i + 0.5) / count, tilt
+        s, d = wide / 2 * math.cos(angle), min(wide / 2 * math.sin(angle), 0.058)
+        low, high = edge.at(along - s, into - d), edge.at(along + s, into + d)
+        corners = [(*high, bottom), (*low, bottom), (*low, top), (*high, top)]
+        builder.quad(cloth, corners, [(0.0, bottom), (wide, bottom), (wide, top), (0.0, top)])
+
+
 def _blind_plane(opening: Opening) -> float:
     """Blinds hang in the reveal where it is deep enough, else before the wall."""
     plane = frame_plane(opening)
     return -plane + 0.01 if plane > 0.06 else 0.005
+
+
+_BLINDS: dict[str, Callable[[Builder, Edge, Opening, Surface, float], None]] = {
+    "venetian": _venetian,
+    "roller": _roller,
+    "roman": _roman,
+    "vertical": _vertical,
+}

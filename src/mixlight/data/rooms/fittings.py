@@ -3,9 +3,9 @@
 Keys, each optional; boxes are [x0, y0, x1, y1, z0, z1] in the room frame, surfaces are documents:
 `beams`, `columns` (boxes) with `beams_surface`, `columns_surface`, `columns_round`; `soffits` (boxes of the
 ceiling's surface); `ducts` ([x0, y0, z0, x1, y1, z1, radius]) with `ducts_surface`; `cornice` (size,
-surface); `rails` (z, height, depth, surface); `panels` (bottom, top, width, style, surface, edges); `fireplace` (edge,
-centre, width, height, surface); `skirting` ([height, depth]); `plates` (places of switches and sockets:
-[edge, along, z, width]); `obstacles` (boxes round what other things must not enter).
+surface); `rails` (z, height, depth, surface); `panels` (bottom, top, width, style, surface, edges);
+`fireplace` (edge, centre, width, height, depth, surface); `skirting` ([height, depth]); `plates` (places of
+switches and sockets: [edge, along, z, width]); `obstacles` (boxes round what other things must not enter).
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from mixlight.data.rooms.outline import Edge, Rectangle, bounds, edges, holes_of
 from mixlight.data.rooms.palette import Palette, choose, draw_palette, floor, paint_colour, tiles
 from mixlight.data.rooms.plan import Opening, Space, Surface
 from mixlight.data.rooms.plan_json import surface_document
-from mixlight.data.rooms.window_plan import draw_windows
+from mixlight.data.rooms.window_plan import add_partition, draw_windows
 
 __all__ = ["KIND_SHARES", "Building", "draw_building"]
 
@@ -99,7 +99,9 @@ class Building:
     def outdoors(self, space: int, edge: int, start: float, end: float, reach: float = 2.0) -> bool:
         """Whether there is open air behind a piece of a wall."""
         e = edges(self.spaces[space].outline)[edge]
-        return self.clear(e.rectangle(start, end, -reach, -0.02))
+        # A wall that comes out beside the window is as thick as all outer walls.
+        side = self.outer + 0.01
+        return self.clear(e.rectangle(start - side, end + side, -reach, -0.02))
 
 
 def _meets(outline: Outline, rectangle: Rectangle, gap: float) -> bool:
@@ -228,6 +230,10 @@ def _add_neighbour(rng: Random, building: Building, space: int) -> None:
                     opening[3],
                 )
             )
+            pair = {here.kind, kind}
+            glass = 0.45 if "office" in pair and pair <= {"office", "corridor", "hall"} else 0.04
+            if rng.random() < glass:
+                add_partition(rng, building, space, len(building.spaces) - 1, opening[2])
             return
 
 

@@ -14,7 +14,7 @@ from mixlight.data.rooms.outline import Edge, Hole, edges, holes
 from mixlight.data.rooms.plan import Plan, Space, Surface
 from mixlight.data.rooms.plan_json import read_surface
 
-__all__ = ["parts"]
+__all__ = ["add_facade", "add_skin", "parts"]
 
 _OUTER = 0.3
 _BELOW = 4.0
@@ -28,6 +28,15 @@ def parts(plan: Plan) -> list[Part]:
     closes the building, so that light comes in through windows alone.
     """
     builder = Builder("shell")
+    add_skin(builder, plan)
+    add_facade(builder, plan)
+    add_doors(builder, plan)
+    add_built_in(builder, plan)
+    return builder.parts()
+
+
+def add_skin(builder: Builder, plan: Plan) -> None:
+    """Adds the inner faces of all spaces and the reveals: closed but for the windows' outer ends."""
     for index, space in enumerate(plan.spaces):
         found = holes(plan, index)
         for i, edge in enumerate(edges(space.outline)):
@@ -38,10 +47,6 @@ def parts(plan: Plan) -> list[Part]:
         for hole in opening_holes:
             if not hole.far:
                 _reveal(builder, plan, hole)
-    add_facade(builder, plan)
-    add_doors(builder, plan)
-    add_built_in(builder, plan)
-    return builder.parts()
 
 
 def _wall(builder: Builder, space: Space, index: int, edge: Edge, found: list[Hole]) -> None:
@@ -79,6 +84,8 @@ def _reveal(builder: Builder, plan: Plan, hole: Hole) -> None:
     space, opening = plan.spaces[hole.space], hole.opening
     edge = edges(space.outline)[hole.edge]
     wall = space.walls[hole.edge]
+    if "reveal" in opening.details:
+        wall = read_surface(opening.details["reveal"])
     a, b, low, high, depth = hole.start, hole.end, hole.bottom, hole.top, opening.depth
 
     def side(
@@ -87,9 +94,9 @@ def _reveal(builder: Builder, plan: Plan, hole: Hole) -> None:
         builder.quad(surface, [(*edge.at(along, -into), z) for along, into, z in places], uv)
 
     up = [(0.0, low), (depth, low), (depth, high), (0.0, high)]
-    side(wall, [(a, d, z) for d, z in up], up)
+    side(wall, [(b, d, z) for d, z in up], up)
     back = up[::-1]
-    side(wall, [(b, d, z) for d, z in back], back)
+    side(wall, [(a, d, z) for d, z in back], back)
     across = [(a, 0.0), (b, 0.0), (b, depth), (a, depth)]
     side(wall, [(s, d, high) for s, d in across], across)
     ground = space.floor if low < 0.02 else wall

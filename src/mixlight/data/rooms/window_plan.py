@@ -6,7 +6,7 @@ from random import Random
 from typing import TYPE_CHECKING, Any
 
 from mixlight.data.rooms.footprints import millimetres
-from mixlight.data.rooms.outline import edges
+from mixlight.data.rooms.outline import Edge, edges
 from mixlight.data.rooms.palette import choose, fabric
 from mixlight.data.rooms.plan import Opening
 from mixlight.data.rooms.plan_json import surface_document
@@ -14,7 +14,7 @@ from mixlight.data.rooms.plan_json import surface_document
 if TYPE_CHECKING:
     from mixlight.data.rooms.layout import Building
 
-__all__ = ["draw_dressing", "draw_windows"]
+__all__ = ["add_partition", "draw_dressing", "draw_windows"]
 
 _WALLS_WITH_WINDOWS: dict[str, tuple[float, ...]] = {
     "living": (0.02, 0.58, 0.36, 0.04),
@@ -44,15 +44,44 @@ _STYLES: dict[str, tuple[tuple[str, float], ...]] = {
 }
 
 _DRESSINGS: dict[str, tuple[tuple[str, float], ...]] = {
-    "living": (("none", 2.0), ("curtain", 4.0), ("sheer", 2.5), ("venetian", 1.0), ("roller", 1.2)),
-    "bedroom": (("none", 1.0), ("curtain", 4.5), ("sheer", 2.0), ("venetian", 1.2), ("roller", 1.8)),
-    "office": (("none", 4.0), ("curtain", 0.3), ("sheer", 0.3), ("venetian", 3.5), ("roller", 2.0)),
-    "kitchen": (("none", 4.0), ("curtain", 1.2), ("sheer", 1.2), ("venetian", 1.5), ("roller", 2.0)),
+    "living": (
+        ("none", 2.0),
+        ("curtain", 4.0),
+        ("sheer", 2.5),
+        ("venetian", 1.0),
+        ("roller", 0.8),
+        ("roman", 0.6),
+    ),
+    "bedroom": (
+        ("none", 1.0),
+        ("curtain", 4.5),
+        ("sheer", 2.0),
+        ("venetian", 1.2),
+        ("roller", 1.2),
+        ("roman", 0.8),
+    ),
+    "office": (
+        ("none", 4.0),
+        ("curtain", 0.3),
+        ("sheer", 0.3),
+        ("venetian", 3.5),
+        ("roller", 1.8),
+        ("vertical", 1.2),
+    ),
+    "partition": (("none", 8.0), ("venetian", 2.0)),
+    "kitchen": (
+        ("none", 4.0),
+        ("curtain", 1.2),
+        ("sheer", 1.2),
+        ("venetian", 1.5),
+        ("roller", 1.5),
+        ("roman", 0.8),
+    ),
     "bathroom": (("none", 5.0), ("sheer", 0.8), ("venetian", 1.2), ("roller", 1.5)),
     "corridor": (("none", 4.0), ("curtain", 1.5), ("sheer", 1.0), ("roller", 0.5)),
     "empty": (("none", 7.0), ("roller", 1.0), ("venetian", 0.6)),
 }
-_PLAIN_DRESSINGS = (("none", 8.0), ("roller", 1.0), ("venetian", 0.6), ("curtain", 0.4))
+_PLAIN_DRESSINGS = (("none", 8.0), ("roller", 1.0), ("venetian", 0.6), ("vertical", 0.4), ("curtain", 0.3))
 
 
 def draw_windows(rng: Random, building: Building, space: int) -> None:
@@ -62,43 +91,109 @@ def draw_windows(rng: Random, building: Building, space: int) -> None:
     walls = edges(here.outline)
     order = sorted(range(len(walls)), key=lambda i: -walls[i].length * rng.uniform(0.4, 1.0))
     style = choose(rng, _STYLES[here.kind])
+    reveal = building.palette.trim if rng.random() < 0.5 else None
+    common: dict[str, Any] = {
+        "style": style,
+        "frame": surface_document(building.palette.frame),
+        "metal": surface_document(building.palette.metal),
+        "frosted": here.kind == "bathroom" and rng.random() < 0.7,
+        "inset": round(rng.uniform(0.15, 0.75), 3),
+        "sill": rng.random() < 0.8,
+    }
+    if reveal is not None and reveal.kind == "paint":
+        common["reveal"] = surface_document(reveal)
     dressing = draw_dressing(rng, here.kind, style)
-    frosted = here.kind == "bathroom" and rng.random() < 0.7
+    bay = _bay(walls)
+    if count > 0 and bay is not None and here.kind in ("living", "bedroom", "empty", "kitchen"):
+        bottom = rng.choice([0.4, 0.6, 0.85])
+        rows = rng.choice([1, 1, 2])
+        placed = []
+        for edge in bay:
+            # The sides of a bay begin behind the thickness of the wall that they come out of.
+            thick = building.outer + 0.06
+            start, end = (thick if edge == bay[0] else 0.1), (thick if edge == bay[2] else 0.1)
+            span = (start, walls[edge].length - end)
+            if span[1] - span[0] > 0.35:
+                columns = max(1, round((span[1] - span[0]) / 0.8))
+                details = {**common, "style": "bay", "mullions": [columns, rows]}
+                heights = (bottom, building.head)
+                placed.append(_place(rng, building, (space, edge), span, heights, details, dressing))
+        count -= any(placed)
     for edge_index in order:
         if count <= 0:
             return
-        spans, bottom, top, details = _spans(rng, style, walls[edge_index].length, building.head, here.height)
-        placed = 0
-        for start, end in spans:
-            start, end = millimetres(start), millimetres(end)
-            if not building.free(space, edge_index, start, end, 0.05):
-                continue
-            if not building.outdoors(space, edge_index, start, end):
-                continue
-            values: dict[str, Any] = {
-                "style": style,
-                "frame": surface_document(building.palette.frame),
-                "metal": surface_document(building.palette.metal),
-                "frosted": frosted,
-                **details,
-                **_vary(rng, dressing),
-            }
-            building.openings.append(
-                Opening(
-                    "window",
-                    space,
-                    edge_index,
-                    start,
-                    end,
-                    millimetres(bottom),
-                    millimetres(top),
-                    None,
-                    building.outer,
-                    values,
-                )
-            )
-            placed += 1
-        count -= placed > 0
+        spans_here, bottom, top, details = _spans(
+            rng, style, walls[edge_index].length, building.head, here.height
+        )
+        placed = [
+            _place(rng, building, (space, edge_index), span, (bottom, top), {**common, **details}, dressing)
+            for span in spans_here
+        ]
+        count -= any(placed)
+
+
+def _place(
+    rng: Random,
+    building: Building,
+    wall: tuple[int, int],
+    span: tuple[float, float],
+    heights: tuple[float, float],
+    details: dict[str, Any],
+    dressing: dict[str, Any],
+) -> bool:
+    """Adds one window where the wall is free and the open air is behind it."""
+    start, end = millimetres(span[0]), millimetres(span[1])
+    if not building.free(*wall, start, end, 0.05) or not building.outdoors(*wall, start, end):
+        return False
+    bottom, top = (millimetres(z) for z in heights)
+    values = {**details, **_vary(rng, dressing)}
+    building.openings.append(Opening("window", *wall, start, end, bottom, top, None, building.outer, values))
+    return True
+
+
+def _bay(walls: tuple[Edge, ...]) -> tuple[int, int, int] | None:
+    """The three walls of a bay: a front of 1.5 m or more with short sides that lead inwards."""
+    count = len(walls)
+    for i, front in enumerate(walls):
+        side, other = walls[i - 1], walls[(i + 1) % count]
+        before, after = walls[i - 2], walls[(i + 2) % count]
+        short = 0.4 < side.length < 1.0 and 0.4 < other.length < 1.0 and front.length > 1.5
+        if short and before.direction == front.direction == after.direction:
+            # An alcove goes outwards where the outline turns right into it.
+            turn = before.direction[0] * side.direction[1] - before.direction[1] * side.direction[0]
+            if turn < 0:
+                return (i - 1) % count, i, (i + 1) % count
+    return None
+
+
+def add_partition(rng: Random, building: Building, near: int, far: int, depth: float) -> None:
+    """A glass partition between two neighbours, as offices have, on the wall that they share."""
+    here, there = edges(building.spaces[near].outline), building.spaces[far].outline
+    opening = next(o for o in building.openings if o.space == near and o.leads == far)
+    edge = here[opening.edge]
+    shared = [
+        (p[0] - edge.start[0]) * edge.direction[0] + (p[1] - edge.start[1]) * edge.direction[1] for p in there
+    ]
+    low, high = max(min(shared), 0.0) + 0.15, min(max(shared), edge.length) - 0.15
+    for start, end in ((low, opening.start - 0.15), (opening.end + 0.15, high)):
+        start, end = millimetres(start), millimetres(end)
+        if end - start < 0.6 or not building.free(near, opening.edge, start, end, 0.1):
+            continue
+        bottom = rng.choice([0.06, 0.06, 0.9])
+        top = max(min(building.spaces[s].height for s in (near, far)) - rng.choice([0.2, 0.6]), opening.top)
+        details: dict[str, Any] = {
+            "style": "partition",
+            "frame": surface_document(building.palette.frame),
+            "metal": surface_document(building.palette.metal),
+            "frosted": rng.random() < 0.12,
+            "inset": 0.3,
+            "sill": False,
+            "mullions": [max(1, round((end - start) / rng.uniform(0.9, 1.5))), 1],
+            **draw_dressing(rng, "partition", "partition"),
+        }
+        building.openings.append(
+            Opening("window", near, opening.edge, start, end, bottom, millimetres(top), far, depth, details)
+        )
 
 
 def _spans(
@@ -176,7 +271,11 @@ def _inside(spans: list[tuple[float, float]], length: float) -> list[tuple[float
 def draw_dressing(rng: Random, kind: str, style: str) -> dict[str, Any]:
     """What hangs before the windows of a room: kind, share drawn, cloth."""
     dressing = choose(rng, _DRESSINGS.get(kind, _PLAIN_DRESSINGS))
-    if style in ("clerestory", "shopfront", "industrial", "small") and dressing in ("curtain", "sheer"):
+    if style in ("clerestory", "shopfront", "industrial", "small") and dressing in (
+        "curtain",
+        "sheer",
+        "roman",
+    ):
         dressing = "none"
     if dressing == "none":
         return {"dressing": "none", "drawn": 0.0}
@@ -186,6 +285,7 @@ def draw_dressing(rng: Random, kind: str, style: str) -> dict[str, Any]:
         return {
             "dressing": "curtain", "drawn": drawn, "fabric": surface_document(cloth),
             "to_floor": style != "counter" and rng.random() < 0.7, "sheer": rng.random() < 0.25,
+            "pelmet": rng.random() < 0.12,
         }  # fmt: skip
     if dressing == "sheer":
         cloth = fabric(rng, transmission=rng.uniform(0.45, 0.75))
@@ -193,7 +293,7 @@ def draw_dressing(rng: Random, kind: str, style: str) -> dict[str, Any]:
             "dressing": "sheer", "drawn": rng.choice([1.0, rng.uniform(0.3, 1.0)]),
             "fabric": surface_document(cloth), "to_floor": rng.random() < 0.5,
         }  # fmt: skip
-    cloth = fabric(rng, transmission=rng.uniform(0.05, 0.45) if dressing == "roller" else 0.0)
+    cloth = fabric(rng, transmission=0.0 if dressing == "venetian" else rng.uniform(0.05, 0.45))
     drawn = choose(rng, [(rng.uniform(0.1, 0.6), 3.0), (rng.uniform(0.6, 1.0), 1.5), (1.0, 1.0)])
     return {
         "dressing": dressing, "drawn": drawn, "fabric": surface_document(cloth),
