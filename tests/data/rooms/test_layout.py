@@ -114,8 +114,8 @@ def test_windows_look_into_the_open(buildings):
                 continue
             count += 1
             edge = edges(building.spaces[opening.space].outline)[opening.edge]
-            side = building.outer  # of walls that come out beside it
-            assert building.clear(edge.rectangle(opening.start - side, opening.end + side, -1.5, -0.05))
+            outside = edge.rectangle(opening.start, opening.end, -1.5, -building.outer - 0.002)
+            assert building.clear(outside, gap=building.outer - 1e-6)
             assert opening.depth == building.outer
     assert count > 200
 

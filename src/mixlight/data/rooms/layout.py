@@ -99,9 +99,8 @@ class Building:
     def outdoors(self, space: int, edge: int, start: float, end: float, reach: float = 2.0) -> bool:
         """Whether there is open air behind a piece of a wall."""
         e = edges(self.spaces[space].outline)[edge]
-        # A wall that comes out beside the window is as thick as all outer walls.
-        side = self.outer + 0.01
-        return self.clear(e.rectangle(start - side, end + side, -reach, -0.02))
+        # From the wall's outer face on; all walls that stand there or beside are as thick as this one.
+        return self.clear(e.rectangle(start, end, -reach, -self.outer - 0.002), gap=self.outer)
 
 
 def _meets(outline: Outline, rectangle: Rectangle, gap: float) -> bool:
