@@ -12,6 +12,7 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -32,6 +33,7 @@ __all__ = [
     "pillow",
     "placement",
     "polygon",
+    "rotation",
     "rounded_box",
     "sheet",
     "sphere",
@@ -71,6 +73,21 @@ def placement(
         scale
     )
     matrix[:3, 3] = position
+    return matrix
+
+
+def rotation(axis: Literal["x", "y", "z"], angle: float) -> Float[np.ndarray, "4 4"]:
+    """The matrix that turns about an axis through the origin, counter-clockwise seen from its tip, in radians.
+
+    >>> (rotation("x", math.pi / 2) @ [0, 1, 0, 1]).round(6)
+    array([0., 0., 1., 1.])
+    """
+    k = "xyz".index(axis)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    matrix = np.eye(4)
+    matrix[i, i] = matrix[j, j] = math.cos(angle)
+    matrix[j, i] = math.sin(angle)
+    matrix[i, j] = -matrix[j, i]
     return matrix
 
 
@@ -124,14 +141,18 @@ def merge(meshes: Iterable[Mesh]) -> Mesh:
     )
 
 
-def weld(mesh: Mesh, tolerance: float = 1e-6) -> Mesh:
+def weld(mesh: Mesh, tolerance: float = 1e-5) -> Mesh:
     """The mesh with corners at one place made one, and faces that thereby lose their area taken out.
 
     >>> len(weld(box((0, 0, 0), (1, 1, 1))).vertices)
     8
     """
-    keys = np.round(mesh.vertices / tolerance).astype(np.int64)
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    keys = np.round((mesh.vertices - mesh.vertices.min(0)) / tolerance).astype(np.int64)
+    spans = keys.max(0) + 1
+    if float(spans[0]) * float(spans[1]) * float(spans[2]) >= 2.0**63:
+        raise ValueError(f"expected a coarser tolerance for a mesh of this size, received {tolerance}")
+    keys = (keys[:, 0] * spans[1] + keys[:, 1]) * spans[2] + keys[:, 2]  # one number sorts faster than three
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     faces = np.where(mesh.faces < 0, -1, inverse.reshape(-1)[mesh.faces])
     uv = np.zeros((*faces.shape, 2)) if mesh.uv is None else mesh.uv.copy()
     for i in range(4):  # a quad that has lost one edge is a triangle: its last corner moves to the gap

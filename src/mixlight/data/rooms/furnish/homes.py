@@ -1,0 +1,365 @@
+"""Living rooms, bedrooms, kitchens, bathrooms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from mixlight.data.rooms import pieces
+from mixlight.data.rooms.furnish.room import Placed, Room
+
+__all__ = ["bathroom", "bedroom", "dining", "kitchen", "living", "seating", "work_place"]
+
+
+def living(room: Room) -> None:
+    """A group to sit, something to look at, shelves; a table to eat at or a desk where there is place."""
+    rng = room.rng
+    group = seating(room)
+    if group is not None and room.chance(0.75):
+        _television(room, group)
+    if room.area > 30 and room.chance(0.45):
+        seating(room)
+    if room.area > 14 and room.chance(0.6):
+        dining(room)
+    if room.chance(0.35):
+        work_place(room)
+    for kind, often in (
+        ("shelf", 0.85),
+        ("sideboard", 0.6),
+        ("display_cabinet", 0.35),
+        ("low_shelf", 0.45),
+        ("dresser", 0.3),
+        ("console", 0.25),
+        ("piano", 0.1),
+        ("fireplace", 0.08),
+        ("shelf", 0.5),
+        ("cabinet", 0.35),
+    ):
+        if room.chance(often) and not room.full():
+            room.against(kind)
+    for _ in range(rng.randint(1, 4)):
+        room.against("plant", corner=0.6)
+    for kind, often in (
+        ("armchair", 0.3),
+        ("ottoman", 0.35),
+        ("speaker", 0.25),
+        ("floor_vase", 0.2),
+        ("basket", 0.45),
+        ("bench", 0.15),
+        ("pet", 0.04),
+        ("toy", 0.2),
+        ("fan", 0.1),
+        ("screen_divider", 0.05),
+    ):
+        if room.chance(often) and not room.full():
+            (room.free if room.chance(0.35) else room.against)(kind)
+
+
+def seating(room: Room) -> Placed | None:
+    """A sofa, a low table before it, chairs beside it, a rug under it all."""
+    rng = room.rng
+    sofa = room.against(
+        "sofa",
+        gap=rng.choice([0.03, 0.08, 0.25]),
+        corner=0.15,
+        tries=24,
+        width=min(room.bounds[2] - room.bounds[0], 3.6),
+    )
+    if sofa is None:
+        sofa = room.free("sofa", margin=0.05, tries=16) or room.against("armchair", tries=20)
+    if sofa is None:
+        return None
+    table = None
+    if room.chance(0.85):
+        table = room.before(
+            "coffee_table", sofa, rng.uniform(0.3, 0.5), shift=rng.uniform(-0.25, 0.25), facing=False
+        )
+    if room.chance(0.7):
+        _rug_under(room, table or sofa, rng.uniform(1.5, 2.6), rng.uniform(1.2, 2.0), 0.0 if table else -0.9)
+    if table is not None:
+        for side in (-1, 1):
+            if room.chance(0.55):
+                reach = table.item.size[0] / 2 + rng.uniform(0.55, 0.9)
+                chair = room.make("armchair")
+                if chair is not None:
+                    c, s = math.cos(table.item.turn), math.sin(table.item.turn)
+                    x, y = (
+                        table.item.position[0] + c * side * reach,
+                        table.item.position[1] + s * side * reach,
+                    )
+                    turn = sofa.item.turn - side * math.pi / 2 + rng.uniform(-0.4, 0.4)
+                    room.put(chair, (x, y, 0.0), turn)
+    for side in (-1, 1):
+        if room.chance(0.5):
+            room.beside("side_table", sofa, side)
+    if room.chance(0.2):
+        room.before(room.make("ottoman"), sofa, 0.2, shift=rng.uniform(-0.6, 0.6))
+    return sofa
+
+
+def _rug_under(room: Room, thing: Placed, width: float, depth: float, shift: float) -> None:
+    rug = pieces.draw("rug", room.rng, room.style)
+    rug = replace(rug, size=(round(width, 3), round(depth, 3), rug.size[2]))
+    base = thing.item
+    c, s = math.cos(base.turn), math.sin(base.turn)
+    x, y = base.position[0] - s * shift, base.position[1] + c * shift
+    for _ in range(6):
+        if room.put(rug, (x, y, 0.0), base.turn + room.rng.uniform(-0.03, 0.03), ways=False) is not None:
+            return
+        rug = replace(rug, size=(rug.size[0] * 0.85, rug.size[1] * 0.85, rug.size[2]))
+
+
+def _television(room: Room, group: Placed) -> None:
+    edges = room.opposite(group)
+    if not edges:
+        return
+    stand = room.against("tv_stand", edges=edges, near=group, corner=0.0, tries=20)
+    if stand is None or room.chance(0.25):
+        room.hang("wall_tv", middle=(1.05, 1.35), edges=edges)
+        return
+    limit = stand.item.size[0] * 0.95
+    screen = room.make("tv", width=limit)
+    room.on(screen, stand, x=room.rng.uniform(-0.3, 0.3), y=0.6, turn=0.0, spread=0.06)
+
+
+def dining(room: Room) -> Placed | None:
+    """A table with matching chairs; a rug or nothing under it."""
+    kind = room.rng.choice(["table", "table", "round_table"])
+    table = room.free(kind, margin=0.45, tries=20, loose=0.03) or room.free(
+        kind, margin=0.2, tries=20, loose=0.02
+    )
+    if table is None:
+        table = room.against("table", gap=0.03, width=1.5)
+    if table is None:
+        return None
+    if room.chance(0.3):
+        _rug_under(room, table, table.item.size[0] + 0.9, table.item.size[1] + 0.9, 0.0)
+    room.forget("chair")
+    room.around(table, "chair", share=0.92)
+    return table
+
+
+def work_place(room: Room, *, chair: str = "office_chair") -> Placed | None:
+    """A desk against a wall, a chair at it, a screen on it."""
+    desk = room.against("desk", corner=0.35)
+    if desk is None:
+        return None
+    at_desk(room, desk, chair)
+    return desk
+
+
+def at_desk(room: Room, desk: Placed, chair: str) -> None:
+    """What makes a desk a work place."""
+    rng = room.rng
+    seat = room.again(chair) if room.chance(0.8) else room.make("chair")
+    if seat is not None:
+        room.before(seat, desk, rng.uniform(-0.25, 0.3), shift=rng.uniform(-0.2, 0.2), loose=0.7, ways=False)
+    if room.chance(0.3):
+        laptop = room.make("laptop")
+        room.on(laptop, desk, x=rng.uniform(-0.4, 0.4), y=rng.uniform(-0.7, 0.0), turn=0.0, spread=0.25)
+    if room.chance(0.75):
+        count = rng.choice([1, 1, 2])
+        for i in range(count):
+            x = rng.uniform(-0.35, 0.35) if count == 1 else (-0.45, 0.45)[i]
+            room.on(room.again("monitor"), desk, x=x, y=rng.uniform(0.5, 0.95), turn=0.0, spread=0.2)
+        room.on("keyboard", desk, x=rng.uniform(-0.2, 0.2), y=-0.75, turn=0.0, spread=0.08)
+    if room.chance(0.45):
+        for side in (rng.choice([-1, 1]),):
+            room.beside("drawer_unit", desk, side, gap=0.03)
+
+
+def bedroom(room: Room) -> None:
+    """A bed with a table on either side, a place for clothes, a place to sit."""
+    rng = room.rng
+    single = room.area < 9.5 or room.chance(0.25)
+    bed = room.against("child_bed" if single else "bed", gap=0.02, corner=0.9 if single else 0.05, tries=40)
+    if bed is None and not single:
+        bed = room.against("child_bed", gap=0.02, corner=0.9, tries=40)
+    if bed is not None:
+        room.forget("nightstand")
+        for side in (-1, 1):
+            if room.chance(0.8):
+                table = room.again("nightstand") if room.chance(0.8) else room.make("side_table")
+                room.beside(table, bed, side, gap=rng.uniform(0.03, 0.12))
+        if room.chance(0.6):
+            _rug_under(
+                room,
+                bed,
+                bed.item.size[0] + rng.uniform(0.6, 1.2),
+                rng.uniform(1.2, 2.0),
+                -rng.uniform(0.5, 1.1),
+            )
+        if room.chance(0.6):
+            picture = room.make("picture", width=bed.item.size[0])
+            room.above(picture, bed, rng.uniform(1.25, 1.5))
+        if room.chance(0.2):
+            room.before("bench", bed, 0.03, facing=False)
+    for kind, often in (
+        ("wardrobe", 0.9),
+        ("dresser", 0.65),
+        ("wardrobe", 0.25),
+        ("shelf", 0.4),
+        ("low_shelf", 0.3),
+        ("cabinet", 0.2),
+        ("clothes_rack", 0.2),
+    ):
+        if room.chance(often) and not room.full(0.55):
+            placed = room.against(kind, corner=0.5, tries=20)
+            if placed is not None and kind == "dresser" and room.chance(0.5):
+                room.above("mirror", placed, placed.item.size[2] + 0.12, width=1.2)
+    if room.chance(0.4):
+        work_place(room, chair="chair")
+    for kind, often in (
+        ("armchair", 0.3),
+        ("plant", 0.5),
+        ("hamper", 0.45),
+        ("chair", 0.3),
+        ("toy", 0.2),
+        ("basket", 0.3),
+        ("ottoman", 0.2),
+        ("sports", 0.06),
+        ("fan", 0.12),
+    ):
+        if room.chance(often) and not room.full(0.55):
+            room.against(kind, corner=0.4)
+
+
+def kitchen(room: Room) -> None:
+    """Units along one or two walls, cupboards above them, a fridge, a table or an island."""
+    rng = room.rng
+    lengths = [
+        (max((b - a for a, b in room.stretches(i, 0.62, 0.9)), default=0.0), i)
+        for i in range(len(room.ground.edges))
+    ]
+    walls = [i for length, i in sorted(lengths, reverse=True) if length > 1.2]
+    style = room.style
+    fridge = room.make("fridge")
+    for count, wall in enumerate(walls[: rng.choice([1, 1, 2, 2, 3])]):
+        stretches = room.stretches(wall, 0.62, 0.9)
+        if not stretches:
+            continue
+        start, end = max(stretches, key=lambda s: s[1] - s[0])
+        if count == 0 and fridge is not None and end - start > 2.2:
+            side = rng.choice([0, 1])
+            edge = room.ground.edges[wall]
+            half = fridge.size[0] / 2 + 0.01
+            at = start + half if side == 0 else end - half
+            x, y = edge.at(at, fridge.size[1] / 2 + 0.03)
+            if room.put(fridge, (x, y, 0.0), edge.turn, edge=wall, along=at) is not None:
+                start, end = (start + 2 * half, end) if side == 0 else (start, end - 2 * half)
+                fridge = None
+        width = min(end - start - 0.01, rng.uniform(2.4, 4.8))
+        if width < 0.9:
+            continue
+        first = start if room.chance(0.5) else end - width - 0.005
+        unit = pieces.draw_kitchen(
+            rng, style, width, sink=count == 0, hob=count == (0 if len(walls) == 1 else rng.choice([0, 0, 1]))
+        )
+        edge = room.ground.edges[wall]
+        at = first + width / 2
+        x, y = edge.at(at, unit.size[1] / 2 + 0.003)
+        placed = room.put(unit, (x, y, 0.0), edge.turn, edge=wall, along=at)
+        if placed is not None:
+            _above_counter(room, placed)
+    if fridge is not None:
+        room.against(fridge, corner=0.8, tries=30)
+    if room.area > 11 and room.chance(0.35):
+        island = room.free("island", margin=0.75, tries=20, loose=0.0)
+        if island is not None:
+            room.forget("bar_stool")
+            room.around(island, "bar_stool", share=0.7, ends=False)
+    if room.chance(0.8):
+        dining(room)
+    for kind, often in (
+        ("washing_machine", 0.25),
+        ("shelf", 0.3),
+        ("display_cabinet", 0.2),
+        ("bin", 0.8),
+        ("plant", 0.35),
+        ("low_shelf", 0.2),
+        ("crate", 0.25),
+        ("stool", 0.3),
+        ("cooker", 0.1),
+        ("pet", 0.03),
+        ("cleaning", 0.3),
+        ("box", 0.3),
+    ):
+        if room.chance(often) and not room.full(0.5):
+            room.against(kind, corner=0.5)
+    if room.chance(0.3):
+        room.free("rug", margin=0.0, tries=6, width=1.8, depth=1.0)
+
+
+def _above_counter(room: Room, counter: Placed) -> None:
+    """Wall cupboards over a row of units, as far as the windows let them, or open shelves; a hood over the hob."""
+    rng = room.rng
+    if counter.edge is None:
+        return
+    c = counter.item.size[0] / 2
+    bottom = rng.uniform(1.38, 1.5)
+    height = rng.choice([0.58, 0.7, 0.9])
+    hob = counter.item.parameters.get("hob_at")
+    if hob is not None and room.chance(0.75):
+        hood = pieces.draw("hood", rng, room.style)
+        room.hang(
+            hood, bottom=rng.uniform(1.5, 1.65), edges=[counter.edge], along=counter.along - hob, tries=1
+        )
+    if room.chance(0.85):
+        width = rng.choice([0.4, 0.5, 0.6])
+        at = counter.along - c + width / 2
+        shelves = room.chance(0.2)
+        while at + width / 2 <= counter.along + c + 0.01:
+            if room.chance(0.88):
+                unit = pieces.draw_wall_cabinet(rng, room.style, width, height)
+                room.hang(
+                    room.make("wall_shelf", width=0.9) if shelves else unit,
+                    bottom=bottom,
+                    edges=[counter.edge],
+                    along=at,
+                    tries=1,
+                )
+            at += width
+
+
+def bathroom(room: Room) -> None:
+    """Bath or shower, basin with a mirror, toilet, and all that stands around them."""
+    rng = room.rng
+    if room.chance(0.6):
+        if room.against("bath", gap=0.005, corner=0.95, tries=40) is None:
+            room.against("shower", gap=0.005, corner=1.0, tries=40)
+    else:
+        room.against("shower", gap=0.005, corner=1.0, tries=40)
+    if room.area > 6.5 and room.chance(0.5):
+        room.against("shower", gap=0.005, corner=1.0, tries=30)
+    basin = room.against(
+        rng.choice(["vanity", "vanity", "basin"]), gap=0.003, corner=0.1, tries=40
+    ) or room.against("basin", gap=0.003, tries=40)
+    if basin is not None:
+        width = min(basin.item.size[0] * rng.uniform(0.7, 1.1), 1.4)
+        mirror = room.make("mirror", width=max(width, 0.45), own=True)
+        room.above(mirror, basin, rng.uniform(1.05, 1.2))
+    toilet = room.against("toilet", gap=0.003, corner=0.1, tries=40)
+    if toilet is not None:
+        room.hang("paper_roll", bottom=rng.uniform(0.6, 0.8), tries=4)
+        if room.chance(0.7):
+            room.beside("cleaning", toilet, rng.choice([-1, 1]), gap=0.08)
+    for kind, often in (
+        ("washing_machine", 0.35),
+        ("hamper", 0.6),
+        ("cabinet", 0.25),
+        ("shelf", 0.25),
+        ("stool", 0.3),
+        ("bin", 0.6),
+        ("plant", 0.25),
+        ("drawer_unit", 0.2),
+    ):
+        if room.chance(often) and not room.full(0.6):
+            room.against(kind, corner=0.4, width=0.8)
+    for _ in range(rng.randint(1, 4)):
+        room.hang("towel_rail", middle=(1.0, 1.5))
+    if room.chance(0.7):
+        room.free("rug", margin=0.0, tries=8, width=1.0, depth=0.7)
+    if room.chance(0.4):
+        room.hang("wall_shelf", middle=(1.2, 1.6), width=0.7)
+    if room.chance(0.3):
+        room.hang("wall_cabinet", middle=(1.4, 1.7), width=0.7)
