@@ -1,7 +1,7 @@
 """Render rooms that never were: HDR panoramas with every light apart, for training.
 
-Needs Blender in an environment of its own (`mixlight doctor` says how to get it). One seed gives one and the same
-room. A call that was stopped, killed or ran out of disk is simply repeated: rooms that are done stay.
+Needs Blender in an environment of its own (`mixlight doctor` says how to get it). The same seed gives the
+same room. A call that was stopped, killed or ran out of disk is simply repeated: rooms that are done stay.
 """
 
 import argparse

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,18 +10,17 @@ import numpy as np
 from jaxtyping import Float
 from torch import Tensor
 
+from mixlight.data.rooms import dressings, fixture_shapes, pieces, shell, windows
 from mixlight.data.rooms.catalogue import Catalogue
 from mixlight.data.rooms.mesh import Emission, Part
 from mixlight.data.rooms.outline import edges
 from mixlight.data.rooms.plan import Camera, Plan, Surface
 from mixlight.data.rooms.skies import OutdoorSky
 from mixlight.data.rooms.sky import LUMENS_PER_UNIT, sky_map
+from mixlight.data.rooms.store import group_names
 from mixlight.image.temperature import black_body
 
-__all__ = ["SKY", "SUN", "Placement", "Portal", "RoomScene", "Sun", "build"]
-
-SKY, SUN = "sky", "sun"
-"""Light groups of what is outside."""
+__all__ = ["Placement", "Portal", "RoomScene", "Sun", "build"]
 
 
 @dataclass(frozen=True)
@@ -66,6 +64,8 @@ class RoomScene:
     name: str
     seed: int
     parts: tuple[Part, ...]
+    groups: tuple[str, ...]
+    """Names of all light groups."""
     placements: tuple[Placement, ...]
     library: Path | None
     """The Blender file with the placed objects."""
@@ -74,12 +74,6 @@ class RoomScene:
     sun: Sun | None
     portals: tuple[Portal, ...]
     cameras: tuple[Camera, ...]
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """Names of all light groups: the fixtures' in the order of their names, then sky and sun."""
-        fixtures = {part.material.group for part in self.parts if isinstance(part.material, Emission)}
-        return (*sorted(fixtures), SKY, *((SUN,) if self.sun else ()))
 
 
 def sun_of(plan: Plan) -> Sun | None:
@@ -111,50 +105,56 @@ def portals_of(plan: Plan) -> tuple[Portal, ...]:
     return tuple(found)
 
 
-def build(plan: Plan, *, catalogue: Catalogue | None = None, skies: Sequence[OutdoorSky] = ()) -> RoomScene:
+def build(
+    plan: Plan, *, catalogue: Catalogue | None = None, skies: Sequence[OutdoorSky] = (), sky_height: int = 512
+) -> RoomScene:
     """Gather the scene of a plan.
 
     Args:
         plan: the room.
         catalogue: the library that the plan's `library:` pieces are of.
         skies: where the plan's sky is looked up.
+        sky_height: rows of the map of an analytic sky.
 
     Raises:
         ValueError: the plan names a piece, a sky or an object of the library that is not there.
     """
-    placements = []
-    for item in plan.items:
-        if not item.piece.startswith("library:"):
-            continue
-        if catalogue is None:
-            raise ValueError(f"expected a library of furniture with {item.piece!r}, received none")
-        placements.append(Placement(catalogue.entry(item.piece).name, catalogue.matrix(item), item.surfaces))
+    parts, groups = _parts(plan), tuple(group_names(plan))
+    strays = {part.material.group for part in parts if isinstance(part.material, Emission)} - set(groups)
+    if strays:
+        raise ValueError(
+            f"expected light in the groups {', '.join(groups)}, received {', '.join(sorted(strays))}"
+        )
     return RoomScene(
         name=f"room-{plan.seed:05d}",
         seed=plan.seed,
-        parts=tuple(_parts(plan)),
-        placements=tuple(placements),
+        parts=parts,
+        groups=groups,
+        placements=_placements(plan, catalogue),
         library=None if catalogue is None else catalogue.blend,
-        sky=sky_map(plan.sky, skies),
+        sky=sky_map(plan.sky, skies, sky_height),
         sun=sun_of(plan),
         portals=portals_of(plan),
         cameras=plan.cameras,
     )
 
 
-def _parts(plan: Plan) -> list[Part]:
-    found: list[Part] = []
-    # While the other modules are on their way: what is there takes part.
-    for name in ("shell", "windows", "dressings", "fixture_shapes"):
-        try:
-            module = importlib.import_module(f"mixlight.data.rooms.{name}")
-        except ModuleNotFoundError:
-            continue
-        if hasattr(module, "parts"):
-            found += module.parts(plan)
-    own = [item for item in plan.items if item.piece.startswith("own:")]
-    if own:
-        pieces = importlib.import_module("mixlight.data.rooms.pieces")
-        for item in own:
-            found += pieces.parts(item)
-    return found
+def _placements(plan: Plan, catalogue: Catalogue | None) -> tuple[Placement, ...]:
+    found = []
+    for item in plan.items:
+        if item.piece.startswith("library:"):
+            if catalogue is None:
+                raise ValueError(f"expected a library of furniture with {item.piece!r}, received none")
+            found.append(Placement(catalogue.entry(item.piece).name, catalogue.matrix(item), item.surfaces))
+    return tuple(found)
+
+
+def _parts(plan: Plan) -> tuple[Part, ...]:
+    own = (item for item in plan.items if item.piece.startswith("own:"))
+    return (
+        *shell.parts(plan),
+        *windows.parts(plan),
+        *dressings.parts(plan),
+        *(part for item in own for part in pieces.parts(item)),
+        *fixture_shapes.parts(plan),
+    )
