@@ -416,6 +416,38 @@ def _insertion() -> Json:
     return found
 
 
+def rooms() -> str:
+    """Networks trained on real panoramas, on rooms and on both, on the same real test photos."""
+    path = RESULTS / "rooms.json"
+    if not path.is_file():
+        return ""
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    rows = []
+    for entry in found["conditions"]:
+        row = [entry["label"], str(entry["real"]), str(entry["rooms"]), str(len(entry["seeds"]))]
+        for cell in ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse"):
+            number = entry["cells"][cell]
+            low, high = number["interval_95"]
+            row.append(f"{number['error']:.3f} ({low:.3f}–{high:.3f})")
+        number = entry["cells"]["diffuse_rmse"]
+        if "ratio" in number:
+            low, high = number["ratio_interval_95"]
+            row.append(f"{number['ratio']:.2f} ({low:.2f}–{high:.2f})")
+        else:
+            row.append("1")
+        rows.append(row)
+    about = (
+        f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of "
+        f"{len(found['panoramas'])} panoramas ({', '.join(found['categories'])}); commit "
+        f"`{found['provenance']['commit'][:10]}`; {found['provenance']['machine']}.\n"
+    )
+    head = (
+        *("trained on", "real panoramas", "panoramas of rooms", "seeds"),
+        *("diffuse RMSE", "diffuse si-RMSE", "matte RMSE", "diffuse RMSE over real only's"),
+    )
+    return "\n".join([about, _table(head, rows)])
+
+
 def detail() -> str:
     """The photo in the map: errors of the spheres with and without it, on test."""
     found = _detail()
@@ -513,6 +545,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "transport": transport,
     "trials": trials,
     "glow": glow,
+    "rooms": rooms,
     "detail": detail,
     "detail-variants": detail_variants,
     "turning": turning,
