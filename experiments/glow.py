@@ -16,12 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from torch import Tensor
 
 from experiments.representation import provenance
-from mixlight.data.evaluation_set import EvaluationSample, collect
+from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
-from mixlight.evaluation import protocol_m
+from mixlight.evaluation.protocols import PROTOCOLS
+from mixlight.evaluation.renderers import matrix
+from mixlight.evaluation.scoring import score
+from mixlight.evaluation.statistics import summarise
 from mixlight.image.atomic import atomic_path
 from mixlight.network.estimator import Estimator
 from mixlight.network.glow import Glow
@@ -65,6 +67,7 @@ def main() -> None:
         "views": {"real": len(real), "rooms": len(rooms)},
         "variants": {},
     }
+    renderer = matrix("M")
     for name, variant in variants.items():
         found = [variant(light) for light in predictions.values()]
         before = torch.cat([light.intensity for light in predictions.values()])
@@ -73,9 +76,17 @@ def main() -> None:
             "kept": round(float((torch.cat([x.intensity for x in found]) / before).median()), 3),
         }
         for kind, chosen in (("real", real), ("rooms", rooms)):
-            method = {name: _method(found, place, settings.sharpness)}
-            scores = protocol_m.evaluate(method, chosen)[name]
-            entry[kind] = scores.summary([sample.scene for sample in chosen])
+            rows = [
+                score(
+                    PROTOCOLS["M"],
+                    [predicted_environments(found[place[id(sample)]], settings.sharpness)[0]],
+                    sample.environment,
+                    renderer,
+                )[0]
+                for sample in chosen
+            ]
+            values = {cell: [row[cell] for row in rows] for cell in rows[0]}
+            entry[kind] = summarise(values, [sample.scene for sample in chosen])
         result["variants"][name] = entry
         medians = [entry[kind]["diffuse_rmse"]["median"] for kind in ("real", "rooms")]
         print(f"{name:18s} {entry['active']:5.0f} {entry['kept']:.2f}", *(f"{m:.3f}" for m in medians))
@@ -89,15 +100,6 @@ def _renormalised(glow: Glow) -> Callable[[Prediction], Prediction]:
         return replace(chosen, intensity=light.intensity, ambient=light.ambient)
 
     return variant
-
-
-def _method(
-    found: list[Prediction], place: dict[int, int], sharpness: float
-) -> Callable[[EvaluationSample], Tensor]:
-    def method(sample: EvaluationSample) -> Tensor:
-        return predicted_environments(found[place[id(sample)]], sharpness)[0]
-
-    return method
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from torch import Tensor
 
 from mixlight.data.evaluation_set import EvaluationSample, samples_of
 from mixlight.data.panoramas import PanoramaRecord, read_table
-from mixlight.evaluation.protocol_m import Scores
+from mixlight.evaluation.statistics import paired_ratio, summarise
 from mixlight.light import gaussians, harmonics
 from mixlight.light.compare import rmse_and_si_rmse
 from mixlight.light.fit import ANCHORS, Parameters, parameters
@@ -144,8 +144,11 @@ def measure(records: Sequence[PanoramaRecord]) -> dict[str, Any]:
         cells = bench.score(sample.environment, list(variants.values()))
         for name, row in zip(variants, cells, strict=True):
             errors.setdefault(name, []).append(row)
-    scores = {name: Scores(*torch.stack(rows).unbind(1)) for name, rows in errors.items()}
-    table = {name: score.summary(groups) for name, score in scores.items()}
+    scores = {
+        name: dict(zip(CELLS, torch.stack(rows).flatten(1).T.tolist(), strict=True))
+        for name, rows in errors.items()
+    }
+    table = {name: summarise(values, groups) for name, values in scores.items()}
     spread = {name: distribution_of(values) for name, values in facts.items()}
 
     def named(prefix: str) -> dict[str, Any]:
@@ -416,27 +419,6 @@ def distribution_of(values: Sequence[float] | np.ndarray) -> dict[str, float]:
         "p95": float(high),
         "max": float(array.max()),
     }
-
-
-def paired_ratio(
-    first: Scores, second: Scores, groups: Sequence[str], resamples: int = 2000
-) -> dict[str, Any]:
-    """Geometric mean of the error ratio over all views, with a 95 % interval bootstrapped over panoramas."""
-    generator = np.random.default_rng(0)
-    names = sorted(set(groups))
-    cells = {}
-    for kind in ("rmse", "si_rmse"):
-        logs = (getattr(first, kind).double().log() - getattr(second, kind).double().log()).numpy()
-        means = np.stack([logs[[g == name for g in groups]].mean(0) for name in names])
-        draws = generator.integers(len(names), size=(resamples, len(names)))
-        low, high = np.quantile(means[draws].mean(1), (0.025, 0.975), axis=0)
-        for i, sphere in enumerate(SPHERES):
-            cells[f"{sphere}_{kind}"] = {
-                "ratio": float(np.exp(means[:, i].mean())),
-                "interval_95": [float(np.exp(low[i])), float(np.exp(high[i]))],
-                "views where the first is better": float((logs[:, i] < 0).mean()),
-            }
-    return cells
 
 
 def provenance() -> dict[str, Any]:

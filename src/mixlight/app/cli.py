@@ -12,9 +12,11 @@ from typing import NoReturn
 
 from mixlight import __version__
 from mixlight.app import (
+    ablate_command,
     doctor_command,
     edit_command,
     estimate_command,
+    evaluate_command,
     export_command,
     fit_command,
     insert_command,
@@ -33,6 +35,8 @@ VERBS = {
     "export": export_command,
     "rooms": rooms_command,
     "train": train_command,
+    "evaluate": evaluate_command,
+    "ablate": ablate_command,
     "doctor": doctor_command,
 }
 

@@ -9,6 +9,7 @@ from typing import Literal, Protocol, runtime_checkable
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from mixlight.image.cache import cache_folder
 from mixlight.light.reflection import MATERIALS, Material
 from mixlight.light.sphere_camera import SphereCamera
 from mixlight.light.surfaces import PRINCIPLED
@@ -155,8 +156,12 @@ class BlenderRenderer:
         return self.spheres.render(maps)
 
 
-def matrix(scene: Scene) -> Renderer:
+def matrix(scene: Scene, *, cache: Path | None = None) -> Renderer:
     """The exact renderer of a protocol's scene.
+
+    Args:
+        scene: which one.
+        cache: folder where its tables are kept between runs; the user's cache folder if not given.
 
     Raises:
         ValueError: no such scene.
@@ -167,7 +172,10 @@ def matrix(scene: Scene) -> Renderer:
     """
     found = scene_of(scene)
     spheres = SphereRenderer(
-        camera=found.camera, materials=found.materials, interpolation=found.interpolation
+        camera=found.camera,
+        materials=found.materials,
+        interpolation=found.interpolation,
+        cache=cache_folder("spheres") if cache is None else cache,
     )
     return SceneRenderer(spheres, found.frame)
 
