@@ -12,7 +12,6 @@ import json
 import logging
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -32,12 +31,13 @@ __all__ = ["OutdoorSky", "analyse", "horizontal_illuminance", "read_skies"]
 
 Time = Literal["day", "dusk", "night"]
 
-_VERSION = 1
+_VERSION = 2
 """Raised whenever prepared skies change."""
 _LOG = logging.getLogger(__name__)
 _SUN_RADIUS = math.radians(6.0)
 _CAP = 8.0
 """Light above this many times the mean of the upper half is the sun's (or a lamp's)."""
+_ROUNDS = 6
 _ONE_SOURCE = 0.9
 _MANY_SOURCES = 0.65
 _LAMP = 2000.0
@@ -88,11 +88,11 @@ def analyse(
 ) -> tuple[Float[Tensor, "height width 3"], dict[str, Any]]:
     """Takes the sun out of an outdoor panorama and says what it was.
 
-    All light above eight times the mean of the upper half is a source's. Where nine tenths of it lie within 6
-    degrees of the brightest texel, above the horizon, that is the sun: what exceeds the limit there goes.
-    The name tells the time (`night`, `moon`; `dusk`, `dawn`, `sunset` ...). Where it does not, several strong
-    sources before a sky that is mostly dark are lamps, and it is night; a sun below 10 degrees makes it dusk.
-    Lamps stay in the map, and so does the moon.
+    All light above eight times the mean that the upper half has without it is a source's. Where nine tenths
+    of it lie within 6 degrees of the brightest texel, above the horizon, that is the sun: what exceeds the
+    limit there goes. The name tells the time (`night`, `moon`; `dusk`, `dawn`, `sunset` ...). Where it does
+    not, several strong sources before a sky that is mostly dark are lamps, and it is night; a sun below 10
+    degrees makes it dusk. Lamps stay in the map, and so does the moon.
 
     Returns:
         The map with a horizontal illuminance of 1, and the fields `time`, `sun_direction`, `sun_ratio` and
@@ -110,7 +110,11 @@ def analyse(
     mean = float((luminance * solid_angle)[upper].sum() / (2 * math.pi))
     if not mean > 0:
         raise ValueError(f"{name or 'panorama'}: expected light above the horizon, received none")
-    share = (_CAP * mean / luminance.clamp(min=1e-12)).clamp(max=1.0)[..., None]
+    limit = mean
+    for _ in range(_ROUNDS):  # the mean of the sky, not of the sun
+        capped = luminance.clamp(max=_CAP * limit)
+        limit = float((capped * solid_angle)[upper].sum() / (2 * math.pi))
+    share = (_CAP * limit / luminance.clamp(min=1e-12)).clamp(max=1.0)[..., None]
     excess = panorama * (1 - share) * solid_angle[..., None]
     total = float((excess @ weights).sum())
     brightest = directions.reshape(-1, 3)[int(luminance.argmax())]
@@ -186,20 +190,21 @@ def _prepared(record: PanoramaRecord, cache: Path) -> OutdoorSky:
     stem = cache / f"{re.sub(r'[^A-Za-z0-9_-]', '_', record.scene)}-{digest.hexdigest()[:16]}"
     picture, numbers = stem.with_suffix(".exr"), stem.with_suffix(".json")
     try:
-        facts = json.loads(numbers.read_text(encoding="utf-8"))
         exr.read_size(picture)
-    except (OSError, ValueError):
+        return _sky(record.scene, picture, json.loads(numbers.read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError):
         sky, facts = analyse(load_panorama(record.path), record.scene)
-        exr.write(picture, sky.numpy(), {"scene": record.scene})
-        with atomic_path(numbers) as temporary:
-            temporary.write_text(json.dumps(facts), encoding="utf-8")
-        _LOG.info("%s: prepared as a sky, %s", record.path, facts)
-    direction: Sequence[float] | None = facts.get("sun_direction")
+    exr.write(picture, sky.numpy(), {"scene": record.scene})
+    with atomic_path(numbers) as temporary:
+        temporary.write_text(json.dumps(facts), encoding="utf-8")
+    _LOG.info("%s: prepared as a sky, %s", record.path, facts)
+    return _sky(record.scene, picture, facts)
+
+
+def _sky(name: str, file: Path, facts: dict[str, Any]) -> OutdoorSky:
+    if "sun_direction" not in facts:
+        return OutdoorSky(name, file, facts["time"])
+    x, y, z = (float(c) for c in facts["sun_direction"])
     return OutdoorSky(
-        record.scene,
-        picture,
-        facts["time"],
-        None if direction is None else (direction[0], direction[1], direction[2]),
-        facts.get("sun_ratio", 0.0),
-        facts.get("sun_temperature", 5500.0),
+        name, file, facts["time"], (x, y, z), float(facts["sun_ratio"]), float(facts["sun_temperature"])
     )

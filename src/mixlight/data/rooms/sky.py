@@ -80,11 +80,10 @@ def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ())
 def _illuminance(time: str, height: float | None, rng: random.Random) -> float:
     if time == "night":
         return math.exp(rng.uniform(math.log(0.2), math.log(15)))
-    if time == "dusk":
-        return math.exp(rng.uniform(math.log(30), math.log(2000)))
-    if height is None:
-        return math.exp(rng.uniform(math.log(3e3), math.log(25e3)))
-    return (800 + 15500 * math.sqrt(height)) * rng.uniform(0.8, 1.4)
+    if height is not None:
+        return (800 + 15500 * math.sqrt(height)) * rng.uniform(0.8, 1.4)
+    low, high = (30, 2000) if time == "dusk" else (3e3, 25e3)
+    return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
 def _analytic_sun(time: str, cloud: float, rng: random.Random) -> tuple[Point3 | None, float, float]:
