@@ -9,11 +9,14 @@ from mixlight.data.rooms.fixture_site import Site
 from mixlight.data.rooms.outline import contains_rectangle
 from mixlight.data.rooms.plan import Point2, Surface
 
-__all__ = ["ceiling"]
+__all__ = ["ceiling", "plain_lamp"]
 
 _WHITE = Surface("plastic", (0.8, 0.8, 0.78), roughness=0.4)
 _UTILISATION = 0.45
 """Share of the lamps' light that arrives at the height of a table."""
+
+_SHIFTS = ((0.0, 0.0), (0.2, 0.0), (-0.2, 0.0), (0.0, 0.2), (0.0, -0.2), (0.2, 0.2), (-0.2, -0.2))
+"""Parts of the distance by which a grid may move."""
 
 _SCHEMES: dict[str, Mapping[str, float]] = {
     "living": {"pendant": 0.34, "flush": 0.14, "down": 0.16, "track": 0.10, "none": 0.26},
@@ -53,6 +56,11 @@ def ceiling(site: Site) -> None:
         _MAKERS[scheme](site)
 
 
+def plain_lamp(site: Site) -> None:
+    """One flush lamp, for a room that would have no light at all."""
+    _flushes(site)
+
+
 def _lumens(site: Site) -> float:
     low, high = _LUX.get(site.space.kind, (100.0, 300.0))
     lux = math.exp(site.rng.uniform(math.log(low), math.log(high)))
@@ -60,19 +68,28 @@ def _lumens(site: Site) -> float:
 
 
 def _grid(site: Site, spacing: tuple[float, float], size: Point2, drop: float) -> list[Point2]:
-    """Places in rows over the ceiling where a rectangle of this size has room."""
+    """Places in rows over the ceiling where a rectangle of this size has room.
+
+    The rows stand evenly, or moved a little where more of them are free of beams, ducts and cupboards.
+    """
     x0, y0, x1, y1 = site.bounds
     nx = max(1, round((x1 - x0) / spacing[0]))
     ny = max(1, round((y1 - y0) / spacing[1]))
+    dx, dy = (x1 - x0) / nx, (y1 - y0) / ny
     half = (size[0] / 2, size[1] / 2)
-    places = []
-    for i in range(nx):
-        for j in range(ny):
-            x = x0 + (x1 - x0) * (i + 0.5) / nx
-            y = y0 + (y1 - y0) * (j + 0.5) / ny
-            if site.under_ceiling((x - half[0], y - half[1], x + half[0], y + half[1]), drop):
-                places.append((x, y))
-    return places
+    best: list[Point2] = []
+    for u, v in _SHIFTS:
+        places = [
+            (x, y)
+            for x in (x0 + dx * (i + 0.5 + u) for i in range(nx))
+            for y in (y0 + dy * (j + 0.5 + v) for j in range(ny))
+            if site.under_ceiling((x - half[0], y - half[1], x + half[0], y + half[1]), drop)
+        ]
+        if len(places) > len(best):
+            best = places
+        if len(best) == nx * ny:
+            break
+    return best
 
 
 def _centre(site: Site, radius: float, drop: float) -> Point2 | None:

@@ -36,7 +36,7 @@ _CARRIERS = (
     *("side_table", "nightstand", "desk", "console", "low_shelf", "sideboard", "dresser", "drawer_unit"),
     *("workbench", "coffee_table", "table", "counter", "tv_stand", "filing_cabinet"),
 )
-_SCREEN_CARRIERS = ("monitor", "tv", "wall_tv", "laptop")
+_SCREEN_CARRIERS = ("monitor", "tv", "wall_tv")
 _SCREEN_LUMINANCE = (80.0, 350.0)
 """cd/m² of a white screen."""
 
@@ -323,18 +323,31 @@ def _screen_place(item: Item, rng: random.Random) -> tuple[tuple[float, float, f
     """Middle, width and height of an item's display, which looks along its own -y.
 
     An item tells with the parameter `display` = [x, y, z, width, height] in its own frame (z from its
-    underside); of others only flat televisions on walls are known well enough.
+    underside). Of our own pieces it is known, of others only a television that hangs flat on a wall is.
     """
     display = item.parameters.get("display")
     if display is None:
-        if item.kind != "wall_tv":
-            return None
-        display = [0.0, -item.size[1] / 2, item.size[2] / 2, item.size[0] - 0.04, item.size[2] - 0.04]
+        display = _own_display(item)
+    if display is None:
+        return None
     x, y, z, width, height = (float(v) for v in display)
     y -= 0.002
     c, s = math.cos(item.turn), math.sin(item.turn)
     position = (item.position[0] + c * x - s * y, item.position[1] + s * x + c * y, item.position[2] + z)
     return position, width, height
+
+
+def _own_display(item: Item) -> list[float] | None:
+    """The glass of our own flat screens (`pieces.electronics`), whose rim is 8 mm wide."""
+    width, depth, height = item.size
+    hangs = depth < 0.1
+    if item.kind not in ("monitor", "tv", "wall_tv") or (not hangs and not item.piece.startswith("own:")):
+        return None
+    if not item.piece.startswith("own:"):
+        return [0.0, -depth / 2, height / 2, width - 0.05, height - 0.05]
+    tall = width * (0.58 if item.kind == "monitor" else 0.575)
+    front = (-depth / 2 if hangs else -0.02) + 0.003
+    return [0.0, front, height - tall / 2 + 0.003, width - 0.018, tall - 0.024]
 
 
 def candles(site: Site) -> None:

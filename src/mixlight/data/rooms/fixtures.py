@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from mixlight.data.rooms.fixture_ceiling import ceiling
+from mixlight.data.rooms.fixture_ceiling import ceiling, plain_lamp
 from mixlight.data.rooms.fixture_lamps import candles, lamps, sconces, screens, under_cabinets
 from mixlight.data.rooms.fixture_site import Site
 from mixlight.data.rooms.plan import Fixture, Plan
@@ -38,6 +38,8 @@ def place_fixtures(plan: Plan, rng: random.Random) -> list[Fixture]:
     makers: tuple[Callable[[Site], None], ...] = (ceiling, sconces, lamps, under_cabinets, screens, candles)
     for make in makers:
         make(site)
+    if not _own(site.fixtures) and (plan.spaces[0].kind != "empty" or not _daylight(plan)):
+        plain_lamp(site)
     for space in range(1, len(plan.spaces)):
         ceiling(Site(plan, rng, space, site))
     return _switched(plan, site.fixtures, rng)
@@ -51,10 +53,17 @@ def _switched(plan: Plan, fixtures: list[Fixture], rng: random.Random) -> list[F
         group: rng.random() < chance_on(f.kind, plan.spaces[f.space].kind, plan.sky.time)
         for group, f in first.items()
     }
-    daylight = plan.sky.time == "day" and any(
-        o.kind == "window" and o.leads is None and o.space == 0 for o in plan.openings
-    )
-    own = [group for group, f in first.items() if f.space == 0 and f.kind not in ("screen", "candle")]
-    if own and not daylight and not any(on[group] for group in own):
+    own = list(dict.fromkeys(f.group for f in _own(fixtures)))
+    if own and not _daylight(plan) and not any(on[group] for group in own):
         on[rng.choice(own)] = True
     return [replace(fixture, on=on[fixture.group]) for fixture in fixtures]
+
+
+def _own(fixtures: Sequence[Fixture]) -> list[Fixture]:
+    """Lamps of the main space that are there to light it."""
+    return [f for f in fixtures if f.space == 0 and f.kind not in ("screen", "candle")]
+
+
+def _daylight(plan: Plan) -> bool:
+    windows = any(o.kind == "window" and o.leads is None and o.space == 0 for o in plan.openings)
+    return windows and plan.sky.time == "day"
