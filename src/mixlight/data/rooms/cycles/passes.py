@@ -7,7 +7,7 @@ import bpy
 NEW = bpy.app.version >= (5, 0)
 """The compositor is a node group of its own, and its nodes' options are inputs."""
 
-PREFIX = "Combined_"
+PREFIX, WHOLE = "Combined_", "whole"
 
 
 def groups(scene, names):
@@ -22,7 +22,8 @@ def groups(scene, names):
 def compositor(scene, names, folder, denoise):
     """Nodes that denoise every group and write them with the depth; returns the node that writes.
 
-    Albedo and normals are denoised once and serve all groups.
+    Albedo and normals are denoised once and serve all groups. Beside a group that was denoised stands, as
+    `noisy-GROUP`, what it was before. Without groups the whole picture is written, as `whole`.
     """
     tree = _tree(scene)
     layers = tree.nodes.new("CompositorNodeRLayers")
@@ -33,8 +34,10 @@ def compositor(scene, names, folder, denoise):
         normal = _denoised(tree, normal, hdr=False)
     output = _output(tree, folder)
     _slot(tree, output, "FLOAT", "depth", layers.outputs["Depth"])
-    for name in names:
-        noisy = layers.outputs[PREFIX + name]
+    for name in names or [WHOLE]:
+        noisy = layers.outputs[PREFIX + name if names else "Image"]
+        if denoise:
+            _slot(tree, output, "RGBA", f"noisy-{name}", noisy)
         made = _denoised(tree, noisy, albedo, normal) if denoise else noisy
         _slot(tree, output, "RGBA", name, made)
     return output
@@ -62,9 +65,9 @@ def _denoised(tree, picture, albedo=None, normal=None, hdr=True):
     if NEW:
         node.inputs["HDR"].default_value = hdr
         node.inputs["Prefilter"].default_value = "None"
-        node.inputs["Quality"].default_value = "High"
+        node.inputs["Quality"].default_value = "Balanced"
     else:
-        node.use_hdr, node.prefilter, node.quality = hdr, "NONE", "HIGH"
+        node.use_hdr, node.prefilter, node.quality = hdr, "NONE", "BALANCED"
     tree.links.new(picture, node.inputs["Image"])
     if albedo is not None:
         tree.links.new(albedo, node.inputs["Albedo"])

@@ -50,8 +50,8 @@ def render(folder, threads):
     build(scene, job, folder)
     output = passes.compositor(scene, job["groups"], folder, job["render"]["denoise"])
     built = time.perf_counter()
-    spent, cleaning = [], []
-    stopwatch(cleaning)
+    tracing, cleaning = [], []
+    compositing = stopwatch()
     for index, camera in enumerate(job["cameras"]):
         begun = time.perf_counter()
         look(scene, camera)
@@ -65,27 +65,21 @@ def render(folder, threads):
         if len(made) != 1 or made[0].stat().st_size == 0:
             raise OSError(f"expected Blender to write one panorama, found {[path.name for path in made]}")
         os.replace(made[0], folder / f"camera-{index}.exr")
-        spent.append(time.perf_counter() - begun)
-    return {
-        "build": built - start,
-        "render": spent,
-        "denoise": cleaning,
-        "blender": bpy.app.version_string,
-    }
+        tracing.append(compositing[0] - begun)
+        cleaning.append(time.perf_counter() - compositing[0])
+    return {"build": built - start, "render": tracing, "denoise": cleaning, "blender": bpy.app.version_string}
 
 
-def stopwatch(spent):
-    """Add the seconds of each run of the compositor, which takes off the noise and writes, to a list."""
-    begun = []
+def stopwatch():
+    """A list in which stands when the compositor, which takes off the noise and writes, last began."""
+    begun = [0.0]
 
-    def before(*_):
-        begun.append(time.perf_counter())
+    def listen(text, _):
+        if text.startswith("Compositing"):
+            begun[0] = time.perf_counter()
 
-    def after(*_):
-        spent.append(time.perf_counter() - begun.pop())
-
-    bpy.app.handlers.composite_pre[:] = [before]
-    bpy.app.handlers.composite_post[:] = [after]
+    bpy.app.handlers.render_stats[:] = [listen]
+    return begun
 
 
 def settings(scene, given, threads):
