@@ -63,6 +63,9 @@ def main() -> None:
     made.add_argument("--real", type=Path, default=Path("data/panoramas.csv"))
     made.add_argument("--sizes", type=int, nargs="+", required=True, help="numbers of training rooms")
     made.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    made.add_argument(
+        "--with-kept", action="store_true", help="train on the training rooms of --keep as well"
+    )
     made.add_argument("--out", type=Path, required=True)
     scored = actions.add_parser("score", help="score finished runs")
     scored.add_argument("table", type=Path, help="real panoramas")
@@ -89,8 +92,11 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
     """Write a table for each size; returns the commands that train on them."""
     source = arguments.rooms / "rooms.csv" if arguments.rooms.is_dir() else arguments.rooms
     name = arguments.name or source.resolve().parent.name
-    kept = [record for record in read_table(arguments.keep) if record.split == "val"]
-    reference = sum(record.split == "train" for record in read_table(arguments.keep))
+    kept = read_table(arguments.keep)
+    reference = len(select(kept, "train"))
+    further = select(kept, "train") if arguments.with_kept else []
+    if further:
+        name += f"-and-{arguments.keep.stem}"
     rooms: dict[str, list[PanoramaRecord]] = {}
     for record in read_table(source):
         if record.split == "train":
@@ -100,10 +106,10 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
     for size in sorted(arguments.sizes):
         if size > len(rooms):
             raise SystemExit(f"{source}: expected at least {size} training rooms, got {len(rooms)}")
-        chosen = [record for group in sorted(rooms)[:size] for record in rooms[group]]
+        chosen = [record for group in sorted(rooms)[:size] for record in rooms[group]] + further
         table = arguments.out / f"{name}-{size}.csv"
         with atomic_path(table) as temporary:
-            temporary.write_text(_csv([*chosen, *kept], table.parent), encoding="utf-8")
+            temporary.write_text(_csv([*chosen, *select(kept, "val")], table.parent), encoding="utf-8")
         weight = round(reference / len(chosen), 4)
         tables = json.dumps([str(arguments.real.resolve()), str(table.resolve())])
         for seed in arguments.seeds:

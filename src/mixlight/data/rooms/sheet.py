@@ -23,6 +23,7 @@ from mixlight.sphere import equirect
 __all__ = ["choose", "crop_tile", "lay_out", "panorama_tile", "write_jpeg"]
 
 Tile = UInt8[np.ndarray, "height width 3"]
+Sheet = UInt8[np.ndarray, "sheet_height sheet_width 3"]
 
 PANORAMA_ROWS = 128
 CROP_SIZE = (120, 160)
@@ -108,7 +109,7 @@ def crop_tile(
     raise ValueError(f"{record.path}: expected a room that can be photographed, got none in {_TRIES} views")
 
 
-def lay_out(tiles: Sequence[Tile], columns: int) -> Tile:
+def lay_out(tiles: Sequence[Tile], columns: int) -> Sheet:
     """Lays pictures of one size out in rows, from left to right; the last row may be short.
 
     Raises:
@@ -133,7 +134,7 @@ def lay_out(tiles: Sequence[Tile], columns: int) -> Tile:
     return sheet
 
 
-def write_jpeg(sheet: Tile, path: Path, max_bytes: int = MAX_BYTES) -> int:
+def write_jpeg(sheet: Sheet, path: Path, max_bytes: int = MAX_BYTES) -> int:
     """Writes a sheet at the best quality that fits, atomically; returns that quality.
 
     Raises:
