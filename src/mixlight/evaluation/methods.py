@@ -59,8 +59,15 @@ FLOORS: Mapping[str, str] = {
 }
 """Name of a floor: what it is."""
 
-STANDARD = (*FLOORS, *(f"oracle:{name}" for name in ORACLES))
-"""Floors and ceilings: what stands in every table."""
+STANDARD = (
+    *FLOORS,
+    "oracle:top_fraction",
+    "oracle:max_fraction",
+    "oracle:sh2",
+    "oracle:gardner19",
+    "oracle:emlight",
+)
+"""Floors and ceilings: what stands in every table. The other oracles can be asked for."""
 
 _TRAINING_AZIMUTHS = 8
 
@@ -123,8 +130,8 @@ class Methods:
         if kind in ("mixlight", "mixlight+detail"):
             return _network(what or "default", label or rest, detail=kind.endswith("+detail"))
         raise ValueError(
-            f"expected a method out of mixlight, mixlight+detail, {', '.join(STANDARD)}, predictions:DIR or "
-            f"a path to a .safetensors file, got {rest!r}"
+            f"expected a method out of mixlight, mixlight+detail, {', '.join(FLOORS)}, oracle:NAME, "
+            f"predictions:DIR or a path to a .safetensors file, got {rest!r}"
         )
 
     def _floor(self, name: str, label: str) -> Method:
@@ -135,15 +142,15 @@ class Methods:
             "photo-extended": floors.photo_extended_light,
         }
         about: dict[str, object] = {"is": FLOORS[name]}
-        digest = ""
+        version = name
         if name.startswith("training-mean"):
             if not self._train:
                 raise FileNotFoundError(
                     f"{name}: expected panoramas of the split train in the tables, got none"
                 )
             about["panoramas"] = len(self._train)
-            digest = _digest(f"{record.path}" for record in self._train)
-        return Method(label or name, "floor", answers[name], lambda name: digest, about)
+            version += _digest(f"{record.path} {record.path.stat().st_size}" for record in self._train)
+        return Method(label or name, "floor", answers[name], lambda sample_name: version, about)
 
     def _oracle(self, what: str, label: str) -> Method:
         if what not in ORACLES:
@@ -191,7 +198,7 @@ def _network(name_or_path: str, label: str, detail: bool = False) -> Method:
 
         if detail:
             about["detail"] = "photo"
-        return Method(label, "network", answer, lambda name: f"{digest} {detail}", about)
+        return Method(label, "network", answer, lambda sample_name: f"{digest} {detail}", about)
     network = _load(path, card)
 
     @torch.inference_mode()
@@ -201,7 +208,7 @@ def _network(name_or_path: str, label: str, detail: bool = False) -> Method:
         light = network(srgb.encode(view).permute(2, 0, 1)[None])
         return environments(light, network.settings, len(sample.environment))[0]
 
-    return Method(label, "network", other, lambda name: digest, about)
+    return Method(label, "network", other, lambda sample_name: digest, about)
 
 
 def _load(path: str | Path, card: dict[str, object]) -> AnyNet:

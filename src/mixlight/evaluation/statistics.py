@@ -31,18 +31,18 @@ def summarise(values: Values, groups: Sequence[str], resamples: int = 2000) -> S
 
     Returns:
         For each cell `mean`, `mean_95` (low, high), `median`, `median_95` and `n`, the number of samples, to
-        four significant digits or four decimals, whichever is more. All None where there is no sample.
+        four decimals, or four significant digits where these are more. Without a sample all are None, and
+        with samples of a single group the intervals: there is nothing to draw from.
 
-    Convention: two samples of one group are one group: there is nothing to draw from, and the interval is the
-        value itself.
+    Convention: 0.1 and 0.3, of two groups, have the mean 0.2 and the interval 0.1 to 0.3.
 
     Raises:
         ValueError: not one group for each sample, or no draw.
 
     Source: percentile bootstrap over clusters; Davison and Hinkley, Bootstrap Methods, 1997, section 3.8.
 
-    >>> summarise({"rmse": [0.1, 0.3]}, ["room", "room"], 50)["rmse"]
-    {'mean': 0.2, 'mean_95': [0.2, 0.2], 'median': 0.2, 'median_95': [0.2, 0.2], 'n': 2}
+    >>> summarise({"rmse": [0.1, 0.3]}, ["room", "hall"], 50)["rmse"]
+    {'mean': 0.2, 'mean_95': [0.1, 0.3], 'median': 0.2, 'median_95': [0.1, 0.3], 'n': 2}
     """
     if resamples < 1:
         raise ValueError(f"expected at least one draw, got {resamples}")
@@ -54,12 +54,14 @@ def summarise(values: Values, groups: Sequence[str], resamples: int = 2000) -> S
             summary[cell] = {"mean": None, "mean_95": None, "median": None, "median_95": None, "n": 0}
             continue
         kept = column[defined]
-        means, medians = _draws(kept, [g for g, d in zip(groups, defined, strict=True) if d], resamples)
+        whose = [g for g, d in zip(groups, defined, strict=True) if d]
+        several = len(set(whose)) > 1
+        means, medians = _draws(kept, whose, resamples) if several else (kept, kept)
         summary[cell] = {
             "mean": _rounded(float(kept.mean())),
-            "mean_95": _interval(means),
+            "mean_95": _interval(means) if several else None,
             "median": _rounded(float(np.median(kept))),
-            "median_95": _interval(medians),
+            "median_95": _interval(medians) if several else None,
             "n": len(kept),
         }
     return summary
@@ -81,7 +83,8 @@ def paired_ratio(
 
     Returns:
         For each cell `ratio`, `interval_95`, `first_better` (share of samples where the first error is lower)
-        and `n`; a ratio below 1 with an interval below 1 says that the first method is better.
+        and `n`; a ratio below 1 with an interval below 1 says that the first method is better. `interval_95`
+        is None for a single group.
 
     Raises:
         ValueError: not one group for each sample.
@@ -104,7 +107,7 @@ def paired_ratio(
         drawn = means[generator.integers(len(means), size=(resamples, len(means)))].mean(1)
         result[cell] = {
             "ratio": _rounded(float(np.exp(means.mean()))),
-            "interval_95": _interval(np.exp(drawn)),
+            "interval_95": _interval(np.exp(drawn)) if len(means) > 1 else None,
             "first_better": _rounded(float((logs < 0).mean())),
             "n": int(defined.sum()),
         }
