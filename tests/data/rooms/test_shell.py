@@ -17,7 +17,7 @@ from mixlight.data.rooms.outline import edges
 from mixlight.data.rooms.plan import Opening, Plan, Sky, Surface
 from mixlight.data.rooms.plan_json import plain, surface_document
 
-SEEDS = range(60)
+SEEDS = range(30)
 
 
 def building_plan(seed: int, kind: str | None = None) -> Plan:

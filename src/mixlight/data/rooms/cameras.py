@@ -7,7 +7,7 @@ from dataclasses import replace
 from random import Random
 
 from mixlight.data.rooms.footprints import millimetres
-from mixlight.data.rooms.outline import bounds, contains
+from mixlight.data.rooms.outline import Edge, Hole, Leaf, bounds, contains, edges, holes, leaves, obstacles
 from mixlight.data.rooms.plan import Camera, Item, Plan, Point3
 
 __all__ = ["clearance", "place_cameras"]
@@ -62,8 +62,9 @@ def place_cameras(plan: Plan, rng: Random, count: int = 3) -> Plan:
 def clearance(plan: Plan, point: Point3, *, over: bool = True) -> float:
     """Distance in metres from a point to the nearest thing of the plan; negative inside one.
 
-    Things are the boxes around items and fixtures, and the columns and beams of the main space. `over`: a
-    thing that ends .35 m or more under the point is not in the way; else whatever is higher than .12 m is.
+    Things are the boxes around items and fixtures, what is built into the main space, and its doors'
+    leaves. `over`: a thing that ends .35 m or more under the point is not in the way; else whatever is
+    higher than .12 m is.
     """
     x, y, z = point
     nearest = math.inf
@@ -76,11 +77,30 @@ def clearance(plan: Plan, point: Point3, *, over: bool = True) -> float:
         if fixture.position[2] - fixture.size[2] / 2 < z + 0.3:
             reach = max(fixture.size[0], fixture.size[1]) / 2 + 0.1
             nearest = min(nearest, math.hypot(fixture.position[0] - x, fixture.position[1] - y) - reach)
-    details = plan.spaces[0].details
-    for a, b, c, d, low, high in (*details.get("columns", ()), *details.get("beams", ())):
+    for a, b, c, d, low, high in obstacles(plan.spaces[0]):
         if low - 0.3 < z < high + 0.3:
             nearest = min(nearest, _outside(max(a - x, x - c), max(b - y, y - d)))
+    for edge, hole in ((edges(plan.spaces[0].outline)[h.edge], h) for h in holes(plan, 0)):
+        if hole.opening.kind == "door" and hole.opening.leads is not None:
+            nearest = min(nearest, *(_to_leaf(leaf, x, y) for leaf in _leaves_here(plan, edge, hole)))
     return nearest
+
+
+def _leaves_here(plan: Plan, edge: Edge, hole: Hole) -> list[Leaf]:
+    """The leaves of a door, which the space that wrote it knows."""
+    if hole.far:
+        near = plan.spaces[hole.opening.space]
+        edge = edges(near.outline)[hole.opening.edge]
+        hole = next(h for h in holes(plan, hole.opening.space) if h.index == hole.index and not h.far)
+    return leaves(edge, hole)
+
+
+def _to_leaf(leaf: Leaf, x: float, y: float) -> float:
+    """Distance to a leaf seen from above, a line as long as the leaf is wide."""
+    (u, v), heading, _, width = leaf
+    along = (x - u) * math.cos(heading) + (y - v) * math.sin(heading)
+    across = (y - v) * math.cos(heading) - (x - u) * math.sin(heading)
+    return math.hypot(across, along - min(max(along, 0.0), width)) - 0.05
 
 
 def _to_footprint(item: Item, x: float, y: float) -> float:

@@ -9,16 +9,15 @@ import numpy as np
 
 from mixlight.data.rooms.builder import Builder
 from mixlight.data.rooms.mesh import Mesh
-from mixlight.data.rooms.outline import Edge, Hole, edges, holes
-from mixlight.data.rooms.plan import Plan, Point2, Surface
+from mixlight.data.rooms.outline import LINING, Edge, Hole, edges, holes, leaves
+from mixlight.data.rooms.plan import Plan, Surface
 from mixlight.data.rooms.plan_json import read_surface
 from mixlight.data.rooms.shapes import boxes, cylinder, placement, rotation, transform
 
-__all__ = ["add_doors", "leaves"]
+__all__ = ["add_doors"]
 
 _LEAF = 0.042
 """Thickness of a leaf."""
-_LINING = 0.022
 _GLASS = Surface("glass", (0.9, 0.92, 0.9), roughness=0.02, transmission=0.92)
 
 
@@ -51,40 +50,15 @@ def _architrave(builder: Builder, frame: Surface, edge: Edge, hole: Hole, height
 
 def _lining(builder: Builder, frame: Surface, edge: Edge, hole: Hole) -> None:
     a, b, top, depth = hole.start, hole.end, hole.top, hole.opening.depth
-    builder.wall_box(frame, edge, (a, a + _LINING), (-depth, 0.001), (0.0, top))
-    builder.wall_box(frame, edge, (b - _LINING, b), (-depth, 0.001), (0.0, top))
-    builder.wall_box(frame, edge, (a + _LINING, b - _LINING), (-depth, 0.001), (top - _LINING, top))
-
-
-def leaves(edge: Edge, hole: Hole) -> list[tuple[Point2, float, float, float]]:
-    """The leaves of a door: hinge (x, y), heading of the leaf from the hinge, turn of its outer face, width.
-
-    The heading is the angle of the leaf's far end seen from its hinge, counter-clockwise from +X, radians.
-    """
-    details = hole.opening.details
-    into = bool(details.get("into", True))
-    double = details.get("leaves", 1) == 2
-    a, b = hole.start + _LINING, hole.end - _LINING
-    sides = ["start", "end"] if double else [details.get("hinge", "start")]
-    width = (b - a) / len(sides)
-    angle = float(details.get("angle", 0.0))
-    depth = hole.opening.depth
-    plane = 0.0 if into else -depth
-    base = math.atan2(edge.direction[1], edge.direction[0])
-    found = []
-    for side in sides:
-        along = a if side == "start" else b
-        heading = base if side == "start" else base + math.pi
-        # From the start, turning counter-clockwise swings into the room, which lies to the left.
-        sense = (1.0 if side == "start" else -1.0) * (1.0 if into else -1.0)
-        found.append((edge.at(along, plane), heading + sense * angle, sense, width))
-    return found
+    builder.wall_box(frame, edge, (a, a + LINING), (-depth, 0.001), (0.0, top))
+    builder.wall_box(frame, edge, (b - LINING, b), (-depth, 0.001), (0.0, top))
+    builder.wall_box(frame, edge, (a + LINING, b - LINING), (-depth, 0.001), (top - LINING, top))
 
 
 def _add_leaves(builder: Builder, edge: Edge, hole: Hole) -> None:
     details = hole.opening.details
     leaf, metal = read_surface(details["leaf"]), read_surface(details["metal"])
-    height = hole.top - _LINING - 0.006
+    height = hole.top - LINING - 0.006
     for hinge, heading, sense, width in leaves(edge, hole):
         matrix = placement((*hinge, 0.006), heading)
         for surface, mesh in _leaf(leaf, metal, details, width - 0.003, height - 0.003, sense):

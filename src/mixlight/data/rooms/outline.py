@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from mixlight.data.rooms.plan import Opening, Plan, Point2, Space
 
 __all__ = [
+    "LINING",
     "Edge",
     "Hole",
+    "Leaf",
     "Rectangle",
     "area",
     "bounds",
@@ -19,12 +21,20 @@ __all__ = [
     "door_sweep",
     "edges",
     "holes",
+    "leaves",
+    "obstacles",
     "overlap",
 ]
 
 Outline = tuple[Point2, ...]
 Rectangle = tuple[float, float, float, float]
 """x0, y0, x1, y1 in the room frame."""
+
+LINING = 0.022
+"""Thickness of a door's lining in metres."""
+
+Leaf = tuple[Point2, float, float, float]
+"""Hinge, heading from it, sense of the swing (1: counter-clockwise), width."""
 
 _SAME = 1e-6
 
@@ -247,3 +257,34 @@ def door_sweep(plan: Plan, hole: Hole) -> Rectangle | None:
     if opening.kind == "door":
         reach = max(hole.end - hole.start, 0.7)
     return edge.rectangle(hole.start, hole.end, 0.0, reach)
+
+
+def leaves(edge: Edge, hole: Hole) -> list[Leaf]:
+    """The leaves of a door, one or two, as the space sees it that wrote it.
+
+    The heading is the angle of the leaf's far end seen from its hinge, counter-clockwise from +X, radians.
+    """
+    details = hole.opening.details
+    into = bool(details.get("into", True))
+    double = details.get("leaves", 1) == 2
+    a, b = hole.start + LINING, hole.end - LINING
+    sides = ["start", "end"] if double else [details.get("hinge", "start")]
+    width = (b - a) / len(sides)
+    angle = float(details.get("angle", 0.0))
+    depth = hole.opening.depth
+    plane = 0.0 if into else -depth
+    base = math.atan2(edge.direction[1], edge.direction[0])
+    found = []
+    for side in sides:
+        along = a if side == "start" else b
+        heading = base if side == "start" else base + math.pi
+        # From the start, turning counter-clockwise swings into the room, which lies to the left.
+        sense = (1.0 if side == "start" else -1.0) * (1.0 if into else -1.0)
+        found.append((edge.at(along, plane), heading + sense * angle, sense, width))
+    return found
+
+
+def obstacles(space: Space) -> tuple[tuple[float, float, float, float, float, float], ...]:
+    """Boxes (x0, y0, x1, y1, z0, z1) round what is built in: columns, beams, soffits, ducts, a fireplace."""
+    names = ("columns", "beams", "obstacles")
+    return tuple((a, b, c, d, e, f) for name in names for a, b, c, d, e, f in space.details.get(name, ()))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from mixlight.data.rooms.outline import Rectangle, area, contains, door_sweep, edges, holes
+from mixlight.data.rooms.outline import Rectangle, area, contains, door_sweep, edges, holes, obstacles
 from mixlight.data.rooms.plan import Item, Plan, Point2
 
 __all__ = ["Block", "Ground", "block_of", "corners_of", "overlaps"]
@@ -117,9 +117,8 @@ class Ground:
                     low = 0.03 if opening.details.get("to_floor") or hole.bottom < 0.3 else hole.bottom - 0.14
             a, b = max(a, 0.0), min(b, edge.length)
             self.blocks.append(Block.over(edge.rectangle(a, b, 0.0, reach), max(low, 0.03), top))
-        for name in ("columns", "beams"):
-            for x0, y0, x1, y1, low, high in here.details.get(name, ()):
-                self.blocks.append(Block.over((x0, y0, x1, y1), low, high))
+        for x0, y0, x1, y1, low, high in obstacles(here):
+            self.blocks.append(Block.over((x0, y0, x1, y1), max(low, 0.03), high))
 
     def inside(self, corners: Iterable[Point2]) -> bool:
         """Whether a footprint lies in the space, walls may be touched."""
