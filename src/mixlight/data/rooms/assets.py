@@ -308,7 +308,7 @@ def _convert(
     )
     if not entries:
         raise AssetsError("Blender could read none of the models")
-    left = {m.title: answers[m.name]["error"] for m in models if "error" in answers[m.name]}
+    left = {m.name: answers[m.name]["error"] for m in models if "error" in answers[m.name]}
     catalogue = Catalogue(blend, entries, {"package": PACKAGE, "version": version, "left_out": left})
     catalogue.save(folder)
     (folder / "ATTRIBUTION.txt").write_text(attribution(entries), encoding="utf-8")

@@ -107,7 +107,6 @@ KINDS: dict[str, Kind] = {
     "tool_board": _WALL,
     # large things that are there by themselves
     "piano": _FLOOR,
-    "fireplace": _TALL,
     "plant": _FLOOR,
     "floor_vase": _FLOOR,
     "rug": _FLOOR,
@@ -141,8 +140,6 @@ KINDS: dict[str, Kind] = {
     "board": _WALL,
     "wall_tv": _WALL,
     "radiator": _WALL,
-    "socket": _WALL,
-    "switch": _WALL,
     "hooks": _WALL,
     "air_conditioner": _WALL,
     "extinguisher": _WALL,
@@ -153,7 +150,6 @@ KINDS: dict[str, Kind] = {
     # on ceilings
     "smoke_detector": Kind("ceiling"),
     "vent": Kind("ceiling"),
-    "duct": Kind("ceiling"),
     # on top of things
     "tv": _TOP,
     "monitor": _TOP,

@@ -12,6 +12,7 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -20,11 +21,13 @@ from jaxtyping import Float, Int
 from mixlight.data.rooms.mesh import Mesh, Part
 
 __all__ = [
+    "bars",
     "box",
     "boxes",
     "cone",
     "cylinder",
     "extrude",
+    "instances",
     "lathe",
     "loft",
     "merge",
@@ -139,6 +142,20 @@ def merge(meshes: Iterable[Mesh]) -> Mesh:
         np.concatenate(uv) if len(uv) == len(meshes) else None,
         any(mesh.smooth for mesh in meshes),
     )
+
+
+def instances(mesh: Mesh, matrices: Float[np.ndarray, "copies 4 4"]) -> Mesh:
+    """Many copies of a mesh, each moved by its own affine matrix (no mirrors), as one mesh.
+
+    >>> instances(box((0, 0, 0), (1, 1, 1)), np.stack([np.eye(4)] * 3)).faces.shape
+    (18, 4)
+    """
+    count, corners = len(matrices), len(mesh.vertices)
+    vertices = np.einsum("nij,vj->nvi", matrices[:, :3, :3], mesh.vertices) + matrices[:, None, :3, 3]
+    faces = np.broadcast_to(mesh.faces, (count, *mesh.faces.shape))
+    faces = np.where(faces < 0, faces, faces + (np.arange(count) * corners)[:, None, None])
+    uv = None if mesh.uv is None else np.tile(mesh.uv, (count, 1, 1))
+    return Mesh(vertices.reshape(-1, 3), faces.reshape(-1, 4), uv, mesh.smooth)
 
 
 def weld(mesh: Mesh, tolerance: float = 1e-5) -> Mesh:
@@ -488,6 +505,49 @@ def tube(
     if not closed:
         return loft(rings, caps=caps)
     return weld(loft(np.concatenate((rings, rings[:1]))))
+
+
+def bars(
+    starts: Float[np.ndarray, "bars 3"],
+    ends: Float[np.ndarray, "bars 3"],
+    radius: float,
+    *,
+    segments: int = 8,
+) -> Mesh:
+    """Straight round bars with flat ends, all as one mesh: legs, rails, spokes.
+
+    Raises:
+        ValueError: a bar without length.
+
+    >>> bars(np.zeros((5, 3)), np.eye(5, 3) + [0, 0, 1], 0.01, segments=6).faces.shape
+    (90, 4)
+    """
+    starts, ends = np.asarray(starts, dtype=np.float64), np.asarray(ends, dtype=np.float64)
+    along = ends - starts
+    lengths = np.linalg.norm(along, axis=1)
+    if (lengths == 0).any():
+        raise ValueError(f"expected bars with a length, received one from {starts[lengths == 0][0].tolist()}")
+    axis = along / lengths[:, None]
+    helper = np.where(np.abs(axis[:, 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    side = np.cross(helper, axis)
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    matrices = np.zeros((len(starts), 4, 4))
+    matrices[:, :3, 0] = side * radius
+    matrices[:, :3, 1] = np.cross(axis, side) * radius
+    matrices[:, :3, 2] = along
+    matrices[:, :3, 3] = starts
+    matrices[:, 3, 3] = 1.0
+    unit = _unit_cylinder(segments)
+    mesh = instances(unit, matrices)
+    if mesh.uv is not None:  # metres: around and along
+        scale = np.repeat(np.stack((np.full(len(lengths), radius), lengths), -1), len(unit.faces), 0)
+        mesh = replace(mesh, uv=mesh.uv * scale[:, None, :])
+    return mesh
+
+
+@lru_cache(maxsize=16)
+def _unit_cylinder(segments: int) -> Mesh:
+    return cylinder(1.0, 1.0, segments=segments)
 
 
 # --- flat things and cloth ----------------------------------------------------------------------------------

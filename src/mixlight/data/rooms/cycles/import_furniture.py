@@ -64,9 +64,6 @@ def convert(model):
     made = bpy.context.view_layer.objects.active
     made.data.transform(made.matrix_world)
     made.matrix_world = Matrix.Identity(4)
-    for other in imported:
-        if other.name in bpy.data.objects and other != made and other.type != "MESH":
-            bpy.data.objects.remove(other)
     if model["rotation"] is not None:
         turned = Y_UP @ np.array(model["rotation"]).reshape(3, 3) @ Y_UP.T
         made.data.transform(Matrix(turned.tolist()).to_4x4())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from random import Random
 
 from mixlight.data.rooms.furnish.room import Room
@@ -317,7 +318,7 @@ def floors(room: Room) -> None:
 
 
 def walls(room: Room) -> None:
-    """Pictures and mirrors, shelves, clocks, radiators under windows, sockets and switches."""
+    """Pictures and mirrors, shelves, clocks, radiators under windows."""
     rng, ground = room.rng, room.ground
     kind = room.kind
     home = kind in ("living", "bedroom", "kitchen", "corridor")
@@ -336,8 +337,6 @@ def walls(room: Room) -> None:
             width = min(hole.end - hole.start, 1.8) * rng.uniform(0.6, 1.0)
             radiator = room.make("radiator", own=True)
             if radiator is not None:
-                from dataclasses import replace
-
                 height = min(radiator.size[2], hole.bottom - 0.2)
                 radiator = replace(
                     radiator, size=(round(max(width, 0.4), 3), radiator.size[1], round(height, 3))
@@ -345,15 +344,8 @@ def walls(room: Room) -> None:
                 room.hang(
                     radiator, bottom=0.11, edges=[hole.edge], along=(hole.start + hole.end) / 2, tries=1
                 )
-        if hole.opening.kind in ("door", "passage") and room.chance(0.85):
-            for at in (hole.start - 0.16, hole.end + 0.16):
-                if 0.06 < at < edge.length - 0.06:
-                    if room.hang(
-                        "switch", middle=(1.05, 1.12), edges=[hole.edge], along=at, tries=1, own=True
-                    ):
-                        break
     if not any(item.kind == "radiator" for item in room.items[room.first :]) and room.chance(0.35):
-        room.hang("radiator", bottom=0.12, own=True)
+        room.hang("radiator", bottom=0.12)
     perimeter = sum(edge.length for edge in ground.edges)
     per_metre = {
         "living": 0.28,
@@ -395,9 +387,6 @@ def walls(room: Room) -> None:
                 what,
                 middle={"air_conditioner": (2.1, 2.25), "extinguisher": (0.9, 1.1)}.get(what, (1.5, 1.75)),
             )
-    if room.main:
-        for _ in range(_about(rng, perimeter * 0.22)):
-            room.hang("socket", middle=(0.28, 0.34) if room.chance(0.75) else (1.05, 1.15), own=True, tries=3)
 
 
 def _group(room: Room) -> None:
@@ -419,16 +408,13 @@ def _group(room: Room) -> None:
 
 
 def ceilings(room: Room) -> None:
-    """Smoke detectors, vents, pipes and ducts."""
+    """Smoke detectors and vents."""
     rng = room.rng
     if room.chance(0.45):
         room.ceiling("smoke_detector")
     if room.kind in ("office", "hall", "shop", "corridor"):
         for _ in range(_about(rng, room.area / 25)):
             room.ceiling("vent")
-    if room.kind in ("workshop", "shop") and room.height > 3.0:
-        for _ in range(rng.randint(0, 3)):
-            room.ceiling("duct")
 
 
 def _about(rng: Random, mean: float) -> int:

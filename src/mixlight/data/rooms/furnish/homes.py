@@ -31,7 +31,6 @@ def living(room: Room) -> None:
         ("dresser", 0.3),
         ("console", 0.25),
         ("piano", 0.1),
-        ("fireplace", 0.08),
         ("shelf", 0.5),
         ("cabinet", 0.35),
     ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mixlight.data.rooms.furnish.homes import at_desk, dining, seating
 from mixlight.data.rooms.furnish.room import Placed, Room
@@ -47,7 +48,6 @@ def office(room: Room) -> None:
         ("coat_stand", 0.4, 1),
         ("box", 0.5, 5),
         ("chair", 0.4, 3),
-        ("printer_table", 0.0, 0),
         ("armchair", 0.25, 2),
         ("bag", 0.5, 3),
     ):
@@ -201,8 +201,6 @@ def _racks(room: Room, kind: str, aisle: float, *, own: bool | None = None) -> N
 
 def _varied(room: Room, item: Item) -> Item:
     """The same rack with other goods on it."""
-    from dataclasses import replace
-
     if "seed" not in item.parameters:
         return item
     return replace(item, parameters={**item.parameters, "seed": room.rng.randrange(1 << 20)})
@@ -410,9 +408,3 @@ def empty(room: Room) -> None:
             ]
         )
         (room.against if room.chance(0.7) else room.free)(kind)
-
-
-def boards(room: Room) -> list[Placed]:
-    """What hangs on the walls of a public room."""
-    found = [room.hang("board") for _ in range(room.rng.randint(0, 2))]
-    return [placed for placed in found if placed is not None]

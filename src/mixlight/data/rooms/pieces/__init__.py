@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from random import Random
 
 from mixlight.data.rooms import shapes
@@ -33,6 +35,7 @@ __all__ = [
     "draw_style",
     "draw_wall_cabinet",
     "parts",
+    "parts_of",
     "pieces_of",
 ]
 
@@ -57,6 +60,25 @@ def draw(kind: str, rng: Random, style: Style) -> Item:
     if not found:
         raise ValueError(f"expected a kind of which we make pieces, received {kind!r}")
     return choose(rng, [(piece, piece.weight) for piece in found]).make(rng, style)
+
+
+def parts_of(items: Iterable[Item]) -> list[Part]:
+    """The parts of all pieces of ours among some items; pieces that are alike are built once.
+
+    Raises:
+        ValueError: a piece that we do not make.
+    """
+    built: dict[str, list[Part]] = {}
+    found: list[Part] = []
+    for item in items:
+        if not item.piece.startswith("own:"):
+            continue
+        key = repr((item.piece, item.size, item.surfaces, item.parameters))
+        if key not in built:
+            built[key] = parts(replace(item, position=(0.0, 0.0, 0.0), turn=0.0))
+        matrix = shapes.placement(item.position, item.turn)
+        found.extend(shapes.move(part, matrix) for part in built[key])
+    return found
 
 
 def parts(item: Item) -> list[Part]:

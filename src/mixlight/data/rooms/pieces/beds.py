@@ -97,11 +97,8 @@ def duvet(rng: Random, half: float, y: float, top: float, *, made: bool) -> Mesh
     for i, (kx, ky) in enumerate(((3, 5), (7, 2), (5, 9), (11, 6), (2, 13), (9, 14))):
         soft += np.sin(kx * u[:, None] * 2 + ky * v[None, :] * 2 + phases[i]) / (1.5 + i)
     rough = 0.006 if made else 0.022
-    lift = (
-        0.05 + (0.0 if made else 0.05 * np.clip(1 - v * 3, 0, 1))[None, :]
-        if not made
-        else np.full((1, along), 0.05)
-    )
+    rise = np.zeros(along) if made else 0.05 * np.clip(1 - v * 3, 0, 1)
+    lift = (0.05 + rise)[None, :]
     flat = (drop[:, None] == 0) & (drop_end[None, :] == 0)
     points[..., 2] = top + lift + rough * soft - drop[:, None] - drop_end[None, :]
     # Where the cloth hangs, the folds go sideways instead of up.

@@ -8,6 +8,7 @@ from random import Random
 import numpy as np
 
 from mixlight.data.rooms import shapes
+from mixlight.data.rooms.mesh import Mesh
 from mixlight.data.rooms.pieces.piece import Bodies
 
 __all__ = ["books", "boxes", "clothes_on_hangers", "fill", "folded", "jars"]
@@ -161,7 +162,7 @@ def jars(
         x += rng.uniform(0.0, 0.08)
 
 
-def vessel(what: str, radius: float, height: float, *, segments: int = 14) -> shapes.Mesh:
+def vessel(what: str, radius: float, height: float, *, segments: int = 14) -> Mesh:
     """A turned thing that stands at the origin: can, bottle, jar, bowl, cup, vase or pot."""
     r, h = radius, height
     profiles = {

@@ -249,37 +249,6 @@ def _radiator(item: Item) -> list[Part]:
     return bodies.parts()
 
 
-def _draw_socket(rng: Random, style: Style) -> Item:
-    return draft(
-        (rng.choice([0.08, 0.08, 0.15, 0.22]), 0.012, 0.08),
-        (_WHITE, Surface("plastic", (0.2, 0.2, 0.2), roughness=0.5)),
-        switch=False,
-    )
-
-
-def _draw_switch(rng: Random, style: Style) -> Item:
-    return draft((0.08, 0.012, rng.choice([0.08, 0.08, 0.15])), (_WHITE, _WHITE), switch=True)
-
-
-def _socket(item: Item) -> list[Part]:
-    width, depth, height = item.size
-    bodies = Bodies(item)
-    x, front = width / 2, -depth / 2
-    bodies.add(0, shapes.rounded_box((-x, front + 0.003, 0.0), (x, depth / 2, height), 0.003, steps=1))
-    columns, rows = max(1, round(width / 0.073)), max(1, round(height / 0.073))
-    for i in range(columns):
-        for j in range(rows):
-            at, z = -x + (i + 0.5) * width / columns, (j + 0.5) * height / rows
-            if item.parameters["switch"]:
-                bodies.box(1, (at - 0.028, front, z - 0.028), (at + 0.028, front + 0.004, z + 0.028))
-            else:
-                disc = shapes.lathe(np.array([(0.02, 0.0), (0.0, 0.0001)]), segments=16, caps=False)
-                bodies.put(
-                    1, disc, shapes.placement((at, front + 0.0029, z)) @ shapes.rotation("x", math.pi / 2)
-                )
-    return bodies.parts()
-
-
 def _draw_hooks(rng: Random, style: Style) -> Item:
     cloths = [
         style.upholstery,
@@ -451,49 +420,16 @@ def _vent(item: Item) -> list[Part]:
     return bodies.parts()
 
 
-def _draw_duct(rng: Random, style: Style) -> Item:
-    across = rng.uniform(0.25, 0.5)
-    return draft(
-        (rng.uniform(3.0, 9.0), across, across + 0.15),
-        (Surface("metal", (0.5, 0.51, 0.52), roughness=0.4), style.dark_metal),
-        round=rng.random() < 0.7,
-    )
-
-
-def _duct(item: Item) -> list[Part]:
-    width, depth, height = item.size
-    bodies = Bodies(item)
-    x, r = width / 2, depth / 2 - 0.012
-    if item.parameters["round"]:
-        bodies.add(0, shapes.tube(np.array([(-x, 0, depth / 2), (x, 0, depth / 2)]), r, segments=24))
-    else:
-        bodies.box(0, (-x, -r, 0.012), (x, r, depth - 0.012))
-    for i in range(int(width / 1.2) + 1):
-        at = min(-x + 0.1 + i * 1.2, x - 0.05)
-        if item.parameters["round"]:
-            bodies.add(
-                0,
-                shapes.tube(
-                    np.array([(at - 0.015, 0, depth / 2), (at + 0.015, 0, depth / 2)]), r + 0.012, segments=24
-                ),
-            )
-        bodies.bars(1, [((at, 0, depth - 0.02), (at, 0, height))], 0.006)
-    return bodies.parts()
-
-
 PIECES = (
     Piece("picture", "picture", _draw_picture, _picture),
     Piece("mirror", "mirror", _draw_mirror, _mirror),
     Piece("clock", "clock", _draw_clock, _clock),
     Piece("board", "board", _draw_board, _board),
     Piece("radiator", "radiator", _draw_radiator, _radiator),
-    Piece("socket", "socket", _draw_socket, _socket),
-    Piece("switch", "switch", _draw_switch, _socket),
     Piece("hooks", "hooks", _draw_hooks, _hooks),
     Piece("air_conditioner", "air_conditioner", _draw_air_conditioner, _air_conditioner),
     Piece("extinguisher", "extinguisher", _draw_extinguisher, _extinguisher),
     Piece("sign", "sign", _draw_sign, _sign),
     Piece("smoke_detector", "smoke_detector", _draw_detector, _detector),
     Piece("vent", "vent", _draw_vent, _vent),
-    Piece("duct", "duct", _draw_duct, _duct),
 )

@@ -59,6 +59,7 @@ class Bodies:
         self._meshes: dict[int, list[Mesh]] = {}
         self._low: dict[int, list[Sequence[float]]] = {}
         self._high: dict[int, list[Sequence[float]]] = {}
+        self._bars: dict[tuple[int, float], list[tuple[Sequence[float], Sequence[float]]]] = {}
 
     def add(self, surface: int, *meshes: Mesh) -> None:
         """Bodies of the item's surface number `surface` (the last one it has, if there are not so many)."""
@@ -73,10 +74,8 @@ class Bodies:
     def bars(
         self, surface: int, lines: Iterable[tuple[Sequence[float], Sequence[float]]], radius: float
     ) -> None:
-        """Round bars between pairs of points."""
-        self.add(
-            surface, *(shapes.tube(np.array([a, b], dtype=np.float64), radius, segments=8) for a, b in lines)
-        )
+        """Round bars between pairs of points; bars are gathered and made at once."""
+        self._bars.setdefault((self._index(surface), round(radius, 5)), []).extend(lines)
 
     def put(self, surface: int, mesh: Mesh, matrix: Float[np.ndarray, "4 4"]) -> None:
         """A body moved by a matrix."""
@@ -85,8 +84,12 @@ class Bodies:
     def parts(self) -> list[Part]:
         """Everything, one part a surface."""
         found = []
-        for index in sorted({*self._meshes, *self._low}):
+        for index in sorted({*self._meshes, *self._low, *(index for index, _ in self._bars)}):
             meshes = list(self._meshes.get(index, []))
+            for (surface, radius), lines in self._bars.items():
+                if surface == index:
+                    ends = np.array(lines, dtype=np.float64)
+                    meshes.append(shapes.bars(ends[:, 0], ends[:, 1], radius))
             if index in self._low:
                 meshes.append(shapes.boxes(np.array(self._low[index]), np.array(self._high[index])))
             found.append(Part(shapes.merge(meshes), self._item.surfaces[index], self._item.kind))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from random import Random
 
@@ -20,15 +21,50 @@ __all__ = ["PIECES"]
 _SOIL = Surface("carpet", (0.025, 0.016, 0.011), roughness=1.0)
 
 
-def leaf(length: float, width: float, bend: float) -> Mesh:
-    """A leaf that grows along +Y from the origin, its upper side up, hanging down by `bend` at its tip."""
+class _Leaves:
+    """Leaves of one plant: they share a shape and differ in place, direction and size."""
+
+    def __init__(self, rng: Random, bend: float) -> None:
+        self._rng, self._bend = rng, bend
+        self._rows: list[tuple[float, ...]] = []
+
+    def add(self, at: Sequence[float], heading: float, rise: float, length: float, width: float) -> None:
+        """One that grows from a point towards `heading` (from +X, radians), up by `rise`."""
+        roll = self._rng.uniform(-0.3, 0.3)
+        self._rows.append((at[0], at[1], at[2], heading - math.pi / 2, rise, roll, length, width))
+
+    def mesh(self, reach: float, height: float) -> Mesh:
+        """All of them, none farther than `reach` from the stem or higher than `height`."""
+        rows = np.array(self._rows)
+        angle, rise, roll, length, width = rows[:, 3:].T
+        scale = np.zeros((len(rows), 4, 4))
+        scale[:, 0, 0], scale[:, 1, 1], scale[:, 2, 2], scale[:, 3, 3] = width, length, length, 1.0
+        matrices = _turns(2, angle) @ _turns(0, rise) @ _turns(1, roll) @ scale
+        matrices[:, :3, 3] = rows[:, :3]
+        mesh = shapes.instances(leaf(self._bend), matrices)
+        return replace(mesh, vertices=np.clip(mesh.vertices, (-reach, -reach, 0.01), (reach, reach, height)))
+
+
+def _turns(axis: int, angles: np.ndarray) -> np.ndarray:
+    """Rotation matrices about one axis."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    found = np.tile(np.eye(4), (len(angles), 1, 1))
+    found[:, i, i] = found[:, j, j] = np.cos(angles)
+    found[:, j, i], found[:, i, j] = np.sin(angles), -np.sin(angles)
+    return found
+
+
+def leaf(bend: float) -> Mesh:
+    """A leaf 1 long and 1 wide that grows along +Y from the origin, its upper side up; `bend`: how far its tip
+    hangs down.
+    """
     t = np.linspace(0, 1, 6)
-    half = width / 2 * np.sin(np.pi * np.clip(t * 0.92 + 0.06, 0, 1)) ** 0.8
+    half = 0.5 * np.sin(np.pi * np.clip(t * 0.92 + 0.06, 0, 1)) ** 0.8
     points = np.empty((3, 6, 3))
     for row, side in enumerate((-1.0, 0.0, 1.0)):
         points[row, :, 0] = side * half
-        points[row, :, 1] = length * t * (1 - 0.25 * bend * t)
-        points[row, :, 2] = length * (0.25 * t - bend * t**2) + 0.18 * abs(side) * half
+        points[row, :, 1] = t * (1 - 0.25 * bend * t)
+        points[row, :, 2] = 0.25 * t - bend * t**2 + 0.06 * abs(side) * half
     return shapes.sheet(points)
 
 
@@ -71,112 +107,42 @@ def _plant(item: Item) -> list[Part]:
     bodies.add(2, shapes.cylinder(r * 0.88, 0.006, base=(0, 0, tall * 0.88), segments=16))
     base = tall * 0.88
     room = height - base
+    leaves = _Leaves(rng, rng.uniform(0.1, 0.5))
     if what in ("rosette", "stems"):
+        slim = rng.uniform(0.12, 0.3)
         for i in range(rng.randint(10, 22)):
-            angle, rise = i * 2.4 + rng.uniform(-0.3, 0.3), rng.uniform(0.15, 1.25)
+            heading, rise = i * 2.4 + rng.uniform(-0.3, 0.3), rng.uniform(0.15, 1.25)
             length = min(reach * rng.uniform(0.75, 1.0) / max(math.cos(rise * 0.8), 0.3), room * 1.05)
-            _leaf(
-                bodies,
-                rng,
-                (0, 0, base),
-                angle,
-                rise,
-                length,
-                length * rng.uniform(0.12, 0.3),
-                rng.uniform(0.1, 0.5),
-                reach,
-                height,
-            )
+            leaves.add((0, 0, base), heading, rise, length, length * slim)
     elif what == "palm":
-        stems = rng.randint(5, 10)
-        for i in range(stems):
-            angle, lean = i * 2.4, rng.uniform(0.15, 0.5)
-            top = np.array(
-                [
-                    math.cos(angle) * lean * reach,
-                    math.sin(angle) * lean * reach,
-                    base + room * rng.uniform(0.45, 0.75),
-                ]
-            )
-            path = np.array(
-                [
-                    (0.3 * r * math.cos(angle), 0.3 * r * math.sin(angle), base),
-                    top * [0.5, 0.5, 1] + [0, 0, -0.3 * (top[2] - base)],
-                    top,
-                ]
-            )
+        for i in range(rng.randint(5, 10)):
+            heading, lean = i * 2.4, rng.uniform(0.15, 0.5)
+            c, s, z = math.cos(heading), math.sin(heading), base + room * rng.uniform(0.45, 0.75)
+            top = (c * lean * reach, s * lean * reach, z)
+            bow = (top[0] * 0.5, top[1] * 0.5, z - 0.3 * (z - base))
+            path = np.array([(0.3 * r * c, 0.3 * r * s, base), bow, top])
             bodies.add(1, shapes.tube(path, 0.006, segments=5, caps=False))
             for j in range(9):
-                _leaf(
-                    bodies,
-                    rng,
-                    top,
-                    angle + (j - 4) * 0.33,
-                    rng.uniform(0.2, 0.7),
-                    reach * rng.uniform(0.4, 0.62),
-                    0.035,
-                    0.5,
-                    reach,
-                    height,
-                )
+                length = reach * rng.uniform(0.4, 0.62)
+                leaves.add(top, heading + (j - 4) * 0.33, rng.uniform(0.2, 0.7), length, 0.035)
     else:
-        trunk = what == "tree"
-        crown = base + room * (0.45 if trunk else 0.05)
-        count = rng.randint(1, 3)
-        for _ in range(count):
+        crown = base + room * (0.45 if what == "tree" else 0.05)
+        for _ in range(rng.randint(1, 3)):
             x, y = rng.uniform(-0.3, 0.3) * r, rng.uniform(-0.3, 0.3) * r
-            path = np.array(
-                [
-                    (x, y, base - 0.01),
-                    (x * 1.5, y * 1.5, (base + crown) / 2 + 0.01),
-                    (x * 0.5, y * 0.5, height - room * 0.12),
-                ]
-            )
-            bodies.add(3, shapes.tube(path, 0.008 + 0.01 * room * trunk, segments=6, caps=False))
-        leaves = int(min(60 + 160 * width, 170))
-        for _ in range(leaves):
+            knee = (x * 1.5, y * 1.5, (base + crown) / 2 + 0.01)
+            path = np.array([(x, y, base - 0.01), knee, (x * 0.5, y * 0.5, height - room * 0.12)])
+            bodies.add(3, shapes.tube(path, 0.008 + 0.01 * room * (what == "tree"), segments=6, caps=False))
+        slim = rng.uniform(0.35, 0.6)
+        for _ in range(int(min(60 + 160 * width, 170))):
             u, v = rng.uniform(0, 2 * math.pi), rng.uniform(-1, 1)
             radius = rng.uniform(0.25, 0.8) ** 0.5
-            at = (math.cos(u) * math.sqrt(1 - v * v) * radius * reach * 0.8, math.sin(u) * math.sqrt(1 - v * v) * radius * reach * 0.8,
-                  (crown + height) / 2 + v * radius * (height - crown) / 2 * 0.85)  # fmt: skip
-            size = rng.uniform(0.16, 0.3) * min(width, 0.6)
-            _leaf(
-                bodies,
-                rng,
-                at,
-                u + rng.uniform(-0.8, 0.8),
-                rng.uniform(-0.4, 0.8),
-                size,
-                size * rng.uniform(0.35, 0.6),
-                rng.uniform(0.1, 0.6),
-                reach,
-                height,
-            )
+            across = math.sqrt(1 - v * v) * radius * reach * 0.8
+            z = (crown + height) / 2 + v * radius * (height - crown) * 0.425
+            length = rng.uniform(0.16, 0.3) * min(width, 0.6)
+            at = (math.cos(u) * across, math.sin(u) * across, z)
+            leaves.add(at, u + rng.uniform(-0.8, 0.8), rng.uniform(-0.4, 0.8), length, length * slim)
+    bodies.add(1, leaves.mesh(reach, height))
     return bodies.parts()
-
-
-def _leaf(
-    bodies: Bodies,
-    rng: Random,
-    at: tuple[float, float, float] | np.ndarray,
-    angle: float,
-    rise: float,
-    length: float,
-    width: float,
-    bend: float,
-    reach: float,
-    height: float,
-) -> None:
-    """A leaf from a point, towards `angle` and up by `rise`; kept within the plant's box."""
-    mesh = leaf(length, width, bend)
-    matrix = (
-        shapes.placement((float(at[0]), float(at[1]), float(at[2])), angle)
-        @ shapes.rotation("x", rise)
-        @ shapes.rotation("y", rng.uniform(-0.3, 0.3))
-    )
-    mesh = shapes.transform(mesh, matrix)
-    vertices = np.clip(mesh.vertices, (-reach, -reach, 0.01), (reach, reach, height))
-    bodies.add(1, replace(mesh, vertices=vertices))
 
 
 def _draw_flowers(rng: Random, style: Style) -> Item:
@@ -203,37 +169,20 @@ def _flowers(item: Item) -> list[Part]:
     bodies, rng = Bodies(item), Random(item.parameters["seed"])
     tall = height * 0.48
     bodies.add(0, vessel("vase", tall * 0.32, tall, segments=18))
+    leaves = _Leaves(rng, 0.4)
+    head = np.array([(0.0, -0.6), (0.7, -0.3), (1.0, 0.4), (0.5, 0.2), (0.0, 0.3)])
+    flower = shapes.lathe(head, segments=9, crease=3.0)
     for i in range(rng.randint(5, 12)):
-        angle, lean = i * 2.4, rng.uniform(0.2, 0.85)
-        top = np.array(
-            [
-                math.cos(angle) * lean * (width / 2 - 0.04),
-                math.sin(angle) * lean * (width / 2 - 0.04),
-                height - 0.03 - 0.2 * lean * (height - tall),
-            ]
-        )
-        bodies.add(
-            1,
-            shapes.tube(
-                np.array([(0, 0, tall * 0.8), top * [0.35, 0.35, 0.85], top]), 0.003, segments=4, caps=False
-            ),
-        )
+        heading, lean = i * 2.4, rng.uniform(0.2, 0.85)
+        x, y = (f(heading) * lean * (width / 2 - 0.04) for f in (math.cos, math.sin))
+        z = height - 0.03 - 0.2 * lean * (height - tall)
+        path = np.array([(0, 0, tall * 0.8), (x * 0.35, y * 0.35, z * 0.85), (x, y, z)])
+        bodies.add(1, shapes.tube(path, 0.003, segments=4, caps=False))
         size = rng.uniform(0.02, 0.035)
-        head = shapes.lathe(
-            np.array(
-                [
-                    (0.0, -size * 0.6),
-                    (size * 0.7, -size * 0.3),
-                    (size, size * 0.4),
-                    (size * 0.5, size * 0.2),
-                    (0.0, size * 0.3),
-                ]
-            ),
-            segments=9,
-            crease=3.0,
-        )
-        bodies.put(2, head, shapes.placement(top) @ shapes.rotation("y", lean * 0.6))
-        _leaf(bodies, rng, top * [0.5, 0.5, 0.8], angle, 0.6, width * 0.3, 0.03, 0.4, width / 2, height)
+        place = shapes.placement((x, y, z), 0.0, (size, size, size)) @ shapes.rotation("y", lean * 0.6)
+        bodies.put(2, flower, place)
+        leaves.add((x * 0.5, y * 0.5, z * 0.8), heading, 0.6, width * 0.3, 0.03)
+    bodies.add(1, leaves.mesh(width / 2, height))
     return bodies.parts()
 
 

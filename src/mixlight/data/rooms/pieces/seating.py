@@ -199,7 +199,7 @@ def _chair(item: Item) -> list[Part]:
         bodies.bars(0, [((-x, 0.0, 0.18), (x, 0.0, 0.18))], leg / 3)
 
     def behind(z: float) -> float:
-        return y - 0.05 * (1 - (z - seat) / (height - seat))
+        return float(y - 0.05 * (1 - (z - seat) / (height - seat)))
 
     top = height - 0.012
     bodies.box(0, (-x, y - 0.015, top - 0.07), (x, y + 0.012, top))
