@@ -5,12 +5,12 @@ same room. A call that was stopped, killed or ran out of disk is simply repeated
 """
 
 import argparse
-import importlib
 import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mixlight.app import rooms_assets, rooms_sheet, rooms_stats
 from mixlight.app.report import UsageError, complain, describe, print_json
 
 if TYPE_CHECKING:
@@ -20,19 +20,14 @@ if TYPE_CHECKING:
 
 HELP = "render rooms for training, with every light apart"
 
-ACTIONS = {
-    "stats": "rooms_stats",
-    "sheet": "rooms_sheet",
-    "assets": "rooms_assets",
-    "preview": "rooms_preview",
-}
-"""What else can be done with rooms, each a module of this folder with `HELP`, `add_arguments` and `run`."""
+ACTIONS = {"assets": rooms_assets, "sheet": rooms_sheet, "stats": rooms_stats}
+"""What else can be done with rooms: modules as verbs have them."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line of `mixlight rooms`."""
     actions = parser.add_subparsers(dest="action", metavar="ACTION", title="other actions")
-    for name, module in _actions().items():
+    for name, module in ACTIONS.items():
         module.add_arguments(
             actions.add_parser(name, help=module.HELP, description=module.__doc__, allow_abbrev=False)
         )
@@ -84,11 +79,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Render, or do what the action says; returns the exit status."""
     if arguments.action is not None:
-        status: int = _actions()[arguments.action].run(arguments)
+        status: int = ACTIONS[arguments.action].run(arguments)
         return status
     for option in ("count", "out"):
         if getattr(arguments, option) is None:
-            raise UsageError(f"rooms: expected --{option}, or an action: {', '.join(_actions())}")
+            raise UsageError(f"rooms: expected --{option}, or an action: {', '.join(ACTIONS)}")
     if arguments.no_library and arguments.library is not None:
         raise UsageError("rooms: expected --library or --no-library, received both")
     from mixlight.blender.program import BlenderError
@@ -177,16 +172,6 @@ def _skies(table: Path | None) -> "tuple[OutdoorSky, ...]":
     cache = os.environ.get("XDG_CACHE_HOME", "")
     base = Path(cache) if os.path.isabs(cache) else Path.home() / ".cache"
     return tuple(read_skies(table, base / "mixlight" / "skies"))
-
-
-def _actions() -> dict[str, Any]:
-    found = {}
-    for name, module in ACTIONS.items():
-        try:
-            found[name] = importlib.import_module(f"mixlight.app.{module}")
-        except ModuleNotFoundError:
-            continue  # TEMPORARY
-    return found
 
 
 def _whole(low: int, high: int) -> Any:

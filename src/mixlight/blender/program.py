@@ -11,7 +11,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
-__all__ = ["VARIABLE", "BlenderError", "BlenderMissing", "find_blender", "install_commands", "run"]
+__all__ = [
+    "VARIABLE",
+    "BlenderError",
+    "BlenderMissing",
+    "BlenderTimeout",
+    "find_blender",
+    "install_commands",
+    "run",
+]
 
 VARIABLE = "MIXLIGHT_BLENDER_PYTHON"
 """Environment variable that names the Python with `bpy`, or a Blender program."""
@@ -30,6 +38,10 @@ os._exit(0)
 
 class BlenderError(RuntimeError):
     """A script failed inside Blender; the message ends with Blender's own last lines."""
+
+
+class BlenderTimeout(BlenderError):
+    """A script took longer than it had; Blender was killed."""
 
 
 class BlenderMissing(BlenderError):
@@ -97,8 +109,9 @@ def run(
 
     Raises:
         BlenderMissing: no Blender.
-        BlenderError: the script raised, exited with another status than 0, crashed or ran out of time; the
-            message ends with Blender's last lines.
+        BlenderError: the script raised, exited with another status than 0 or crashed; the message ends with
+            Blender's last lines.
+        BlenderTimeout: it ran out of time.
         OSError: the script cannot be read.
     """
     path = Path(script).absolute()
@@ -112,7 +125,7 @@ def run(
         raw, _ = process.communicate()
         if isinstance(error, subprocess.TimeoutExpired):
             late = f"{path.name} in Blender: expected an end within {timeout:g} s, received none"
-            raise BlenderError(with_last_lines(late, decoded(raw))) from None
+            raise BlenderTimeout(with_last_lines(late, decoded(raw))) from None
         raise
     output = decoded(raw)
     if process.returncode:

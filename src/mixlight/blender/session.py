@@ -75,8 +75,9 @@ class Session:
 
         Raises:
             BlenderMissing: no Blender.
-            BlenderError: Blender ended or was killed during the job, or ran out of time; the message ends
-                with its last lines. The next call starts another.
+            BlenderError: Blender ended or was killed during the job; the message ends with its last lines.
+                The next call starts another.
+            BlenderTimeout: it ran out of time.
         """
         process = self._running()
         answer = folder / ANSWER
@@ -91,7 +92,7 @@ class Session:
                     raise program.failure(process.returncode, self._script, self._output())
                 if not ended and time.monotonic() > end:
                     late = f"{self._script.name} in Blender: expected an end within {timeout:g} s, got none"
-                    raise program.BlenderError(program.with_last_lines(late, self._output()))
+                    raise program.BlenderTimeout(program.with_last_lines(late, self._output()))
                 time.sleep(_PAUSE)
         except BrokenPipeError:
             process.wait()

@@ -25,7 +25,7 @@ def main() -> None:
             sys.stderr.flush()
             os._exit(11)
         if trouble == "hang":
-            time.sleep(60)
+            time.sleep(300)
         width = job["render"]["width"]
         for index in range(len(job["cameras"])):
             channels = {

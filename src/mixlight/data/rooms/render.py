@@ -16,9 +16,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mixlight.blender.program import BlenderError, BlenderMissing
+from mixlight.blender.program import BlenderError, BlenderMissing, BlenderTimeout
 from mixlight.blender.session import Session
 from mixlight.data.rooms.catalogue import Catalogue
+from mixlight.data.rooms.credits import Credits
 from mixlight.data.rooms.job import Settings, read_raw, write_job
 from mixlight.data.rooms.make_plan import make_plan
 from mixlight.data.rooms.plan import Plan
@@ -79,6 +80,8 @@ class Outcome:
     seconds: dict[str, float] = field(default_factory=dict)
     """Spent on plan, files, Blender's scene (`build`), light (`render`), noise (`denoise`) and packing."""
     panoramas: int = 0
+    plan: Plan | None = field(default=None, repr=False)
+    """The room; none where it failed."""
 
 
 def render_rooms(
@@ -118,6 +121,7 @@ def render_rooms(
     """
     store = RoomSet(out)
     store.open(rooms.made_with())
+    thanks = Credits(store, rooms.catalogue)
     done = store.rooms()
     todo = [seed for seed in dict.fromkeys(seeds) if seed not in done]
     jobs = max(1, min(jobs, len(todo)))
@@ -128,6 +132,7 @@ def render_rooms(
         scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="mixlight-rooms-"))
         crew = _Crew(store, rooms, todo, Path(scratch))
         stack.callback(store.write_table)
+        stack.callback(thanks.write)
         for _ in range(jobs):
             session = stack.enter_context(Session(script, [share], blender=blender))
             worker = _Worker(crew, session)
@@ -139,7 +144,9 @@ def render_rooms(
             outcome = crew.next_outcome()
             outcomes.append(outcome)
             in_a_row = 0 if outcome.error is None else in_a_row + 1
-            if outcome.error is None:
+            if outcome.plan is not None:
+                thanks.add(outcome.plan)
+                thanks.write()
                 store.write_table()
             report(outcome)
             if in_a_row == _IN_A_ROW:
@@ -244,6 +251,9 @@ class _Worker(threading.Thread):
         for _ in range(2):
             try:
                 answer = self._session.ask(ready.folder, self._crew.rooms.timeout)
+            except BlenderTimeout as late:
+                error = late
+                break
             except BlenderMissing as missing:
                 raise RenderError(str(missing)) from None
             except BlenderError as ended:
@@ -288,7 +298,7 @@ class _Worker(threading.Thread):
         except Exception as error:
             self._fail(ready.seed, error)
         else:
-            crew.put(Outcome(ready.seed, None, seconds, len(files)))
+            crew.put(Outcome(ready.seed, None, seconds, len(files), ready.plan))
         finally:
             shutil.rmtree(ready.folder)
 

@@ -72,14 +72,14 @@ def bricks(tree, place, width, height, gap, offset=0.5, every=2, smooth=0.1):
 
 def planks(tree, s, place):
     """Boards .12 m wide and 1.4 m long, each its own tint and piece of grain."""
-    tint, gap = bricks(tree, place, 1.4, 0.12, 0.0012, 0.37, 2)
+    tint, gap = bricks(tree, place, 1.4, 0.12, 0.002, 0.37, 2)
     moved = tree.add("ShaderNodeVectorMath", {"operation": "MULTIPLY_ADD"})
     tree.set(moved.inputs[0], tint)
     tree.set(moved.inputs[1], (7.3, 3.1, 0.0))
     tree.set(moved.inputs[2], place)
     share = grain(tree, moved.outputs[0])
     colour = tree.mix(share, s.second or dimmed(s.colour, 0.7), s.colour)
-    colour = tree.mix(tree.math("MULTIPLY", tint, 0.3), colour, dimmed(s.colour, 0.45))
+    colour = tree.mix(tree.math("MULTIPLY", tint, 0.55), colour, dimmed(s.colour, 0.45))
     colour = tree.mix(gap, colour, dimmed(s.colour, 0.12))
     worn = tree.spread(
         tree.noise(place, 1.7, 3.0), 0.3, 0.7, max(s.roughness - 0.08, 0.05), min(s.roughness + 0.12, 1.0)
@@ -113,7 +113,7 @@ def stone(tree, s, place):
     veins = tree.math("ABSOLUTE", tree.math("SUBTRACT", tree.noise(place, 2.2, 5.0, 1.4), 0.5))
     clouds = tree.spread(tree.noise(place, 4.0, 4.0), 0.3, 0.75, 0.0, 0.35)
     colour = tree.mix(clouds, s.colour, second)
-    colour = tree.mix(tree.spread(veins, 0.0, 0.05, 0.7, 0.0), colour, dimmed(second, 0.7))
+    colour = tree.mix(tree.spread(veins, 0.0, 0.035, 0.35, 0.0), colour, dimmed(second, 0.7))
     return colour, None, s.roughness
 
 
