@@ -150,11 +150,10 @@ def _placements(plan: Plan, catalogue: Catalogue | None) -> tuple[Placement, ...
 
 
 def _parts(plan: Plan) -> tuple[Part, ...]:
-    own = (item for item in plan.items if item.piece.startswith("own:"))
     return (
         *shell.parts(plan),
         *windows.parts(plan),
         *dressings.parts(plan),
-        *(part for item in own for part in pieces.parts(item)),
+        *pieces.parts_of(plan.items),
         *fixture_shapes.parts(plan),
     )
