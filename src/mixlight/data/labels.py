@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from safetensors.torch import save as to_bytes
 from torch import Tensor
 
 from mixlight.image.atomic import atomic_path
+from mixlight.image.cache import cache_folder
 from mixlight.light import harmonics, separate
 from mixlight.sphere import equirect, frames, points
 
@@ -167,9 +167,5 @@ def cached_labels(
 
 
 def default_cache() -> Path:
-    """The user's cache folder for labels: `$XDG_CACHE_HOME/mixlight/labels` or below `~/.cache`.
-
-    A relative `XDG_CACHE_HOME` is ignored, as its specification demands.
-    """
-    root = Path(os.environ.get("XDG_CACHE_HOME") or "")
-    return (root if root.is_absolute() else Path.home() / ".cache") / "mixlight" / "labels"
+    """The user's cache folder for labels."""
+    return cache_folder("labels")

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -23,6 +22,7 @@ from torch import Tensor
 
 from mixlight.blender import program
 from mixlight.image.atomic import atomic_path
+from mixlight.image.cache import cache_folder
 from mixlight.light.reflection import Material
 from mixlight.light.sphere_camera import SphereCamera
 from mixlight.light.sphere_samples import picture_samples
@@ -97,7 +97,7 @@ class CyclesSpheres:
         """
         self.job = job
         self.blender = program.find_blender() if blender is None else blender
-        self.cache = _default_cache() if cache is None else cache
+        self.cache = cache_folder("cycles") if cache is None else cache
         self.threads = threads
         self.version = _version(self.blender)
         self.mask: Bool[Tensor, "height width"] = picture_samples(job.camera, rim=False).mask
@@ -247,10 +247,3 @@ def _version(blender: Path) -> str:
         program.run(script, [answer], timeout=300, blender=blender)
         return answer.read_text(encoding="utf-8")
 
-
-def _default_cache() -> Path:
-    """`$XDG_CACHE_HOME/mixlight/cycles` or below `~/.cache`; a relative variable is ignored, as its
-    specification demands.
-    """
-    root = Path(os.environ.get("XDG_CACHE_HOME") or "")
-    return (root if root.is_absolute() else Path.home() / ".cache") / "mixlight" / "cycles"

@@ -9,7 +9,7 @@ convolution in azimuth, and after a Fourier transform one small matrix a frequen
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Literal
 
@@ -84,19 +84,31 @@ class RingTransport(nn.Module):
             ValueError: For a mirror, or a GGX alpha below `MINIMUM_ALPHA`.
         """
         super().__init__()
-        self.rings = _RINGS
-        self.kernel_count = len(materials)
         distance = samples.camera.distance
         kernels = torch.cat([_kernel_spectrum(material, distance) for material in materials], dim=1)
         source, weight, offsets = _spread(height, samples.camera, interpolation)
         index, share = _ring_taps(samples)
-        self.register_buffer("kernels", kernels.float(), persistent=False)
-        self.register_buffer("spread_source", source, persistent=False)
-        self.register_buffer("spread_weight", weight.float(), persistent=False)
-        self.register_buffer("spread_offsets", offsets, persistent=False)
-        self.register_buffer("ring_index", index.flatten(), persistent=False)
-        self.register_buffer("ring_weight", share.flatten().float(), persistent=False)
-        self.register_buffer("ring_offsets", bag_offsets(samples), persistent=False)
+        self.kernel_count = len(materials)
+        for name, table in (
+            ("kernels", kernels.float()),
+            ("spread_source", source),
+            ("spread_weight", weight.float()),
+            ("spread_offsets", offsets),
+            ("ring_index", index.flatten()),
+            ("ring_weight", share.flatten().float()),
+            ("ring_offsets", bag_offsets(samples)),
+        ):
+            self.register_buffer(name, table, persistent=False)
+
+    @classmethod
+    def of_tables(cls, tables: Mapping[str, Tensor], kernel_count: int) -> RingTransport:
+        """One whose buffers were built before: `tables` as `named_buffers` gives them."""
+        made = cls.__new__(cls)
+        nn.Module.__init__(made)
+        made.kernel_count = kernel_count
+        for name, table in tables.items():
+            made.register_buffer(name, table, persistent=False)
+        return made
 
     def forward(self, texels: Float[Tensor, "texels columns"]) -> Float[Tensor, "materials pixels columns"]:
         """Radiance of each pixel, for any number of environments (times channels) side by side."""
@@ -146,14 +158,15 @@ def _to_polar(directions: Tensor) -> Tensor:
 def _spread(height: int, camera: SphereCamera, interpolation: Interpolation) -> tuple[Tensor, Tensor, Tensor]:
     """Which texels light each polar cell, with what solid angle: bags for `embedding_bag`.
 
-    Texels are cut into 2 x 2 parts, those behind the sphere into 6 x 6: near that pole one texel spans
-    a wide range of azimuth, and the matte lobe at the rim is narrow in it.
+    Texels are cut into 2 x 2 parts (at 128 rows; larger ones into more), those behind the sphere into 6 x 6:
+    near that pole one texel spans a wide range of azimuth, and the matte lobe at the rim is narrow in it.
     """
     texels = 2 * height**2
     axes = camera.axes.T
     behind = (equirect.pixel_directions(height, dtype=torch.float64).reshape(-1, 3) @ axes)[:, 2] < _BEHIND
     keys, weights = [], []
-    for parts, chosen in ((2, ~behind), (6, behind)):
+    cuts = max(2, 2 * _POLAR_HEIGHT // height)
+    for parts, chosen in ((cuts, ~behind), (3 * cuts, behind)):
         directions = equirect.pixel_directions(height * parts, dtype=torch.float64)
         angles = equirect.solid_angle(height * parts, dtype=torch.float64)
         cut = (height, parts, 2 * height, parts)

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import math
 from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
 
+import safetensors
+import safetensors.torch
 import torch
 from jaxtyping import Bool, Float
 from torch import Tensor, nn
 from torch.nn import functional
 
+from mixlight.image.atomic import atomic_path
+from mixlight.light import principled, reflection, sphere_camera, sphere_samples, surfaces, transport
 from mixlight.light.reflection import MATERIALS, Material, reflect
 from mixlight.light.sphere_camera import SphereCamera
 from mixlight.light.sphere_samples import picture_samples
 from mixlight.light.surfaces import mirror_reflectance
 from mixlight.light.transport import mirror_taps
+from mixlight.render import rings
 from mixlight.render.rings import Interpolation, RingTransport, bag_offsets
-from mixlight.sphere import equirect
+from mixlight.sphere import equirect, grid
 
 _SAMPLES_ACROSS = 256
 """Samples across the disc for diffuse and GGX spheres, whose pictures are smooth."""
@@ -28,13 +37,13 @@ _MIRROR_SAMPLES_ACROSS = 512
 class SphereRenderer(nn.Module):
     """Renders spheres under environment maps: exact light transport as a linear, differentiable operator.
 
-    One sphere in space, seen by an orthographic camera, lit by the map alone; no ground, no exposure, no tone
-    curve. A renderer is built once (about a third of a second) and used for any number of maps.
+    One sphere in space, lit by the map alone; no ground, no exposure, no tone curve. A renderer is built once
+    (in a second or two, or read from a cache) and used for any number of maps.
 
-    Convention: the sphere stands where the photo was taken, and the camera looks along -Z like the photo's:
-    the picture's right is +X, its top +Y, and its centre faces +Z, so the mirror's centre shows what is
-    behind the photographer, just as an object put into the photo would. Under radiance 1 from everywhere
-    the diffuse sphere and the mirror show .8.
+    Convention: the sphere stands where the photo was taken, and unless told otherwise the camera looks from
+    afar along -Z like the photo's: the picture's right is +X, its top +Y, and its centre faces +Z, so the
+    mirror's centre shows what is behind the photographer, just as an object put into the photo would. Under
+    radiance 1 from everywhere the diffuse sphere and the mirror show .8.
 
     >>> renderer = SphereRenderer(resolution=32)
     >>> pictures = renderer.render(torch.ones(64, 128, 3))
@@ -42,6 +51,8 @@ class SphereRenderer(nn.Module):
     (torch.Size([3, 32, 32, 3]), [0.8, 0.789, 0.8])
     """
 
+    rings: RingTransport | None
+    """Transport of the diffuse and rough materials."""
     mask: Tensor
     """[height, width] bool: True where the pixel's centre lies on the sphere."""
     mirror_index: Tensor
@@ -58,8 +69,9 @@ class SphereRenderer(nn.Module):
         *,
         camera: SphereCamera | None = None,
         interpolation: Interpolation = "constant",
+        cache: Path | None = None,
     ) -> None:
-        """Build the tables.
+        """Build the tables, or take those that were built before.
 
         Args:
             resolution: Width and height of the pictures in pixels; not used where a camera is given.
@@ -69,6 +81,8 @@ class SphereRenderer(nn.Module):
             camera: Who looks, and the size of the picture; from afar if not given.
             interpolation: What a map is between its texels' centres for diffuse and rough materials. Mirrors
                 always read it bilinearly.
+            cache: Folder where tables are kept between runs (`mixlight.image.cache.cache_folder`); nothing is
+                kept if not given.
 
         Raises:
             ValueError: If a size is below 1, or a GGX alpha is too small for the method (use a mirror).
@@ -76,27 +90,67 @@ class SphereRenderer(nn.Module):
         super().__init__()
         if height < 1:
             raise ValueError(f"expected a map of at least one row, got {height}")
-        self.camera = camera = SphereCamera.orthographic(resolution) if camera is None else camera
+        self.camera = SphereCamera.orthographic(resolution) if camera is None else camera
         self.height = height
         self.materials = tuple(materials)
+        path = None if cache is None else cache / f"{self._key(interpolation)}.safetensors"
+        if path is None or not self._load(path):
+            self._build(interpolation)
+            if path is not None:
+                self._save(path)
+
+    def _build(self, interpolation: Interpolation) -> None:
+        """Make the tables."""
+        camera = self.camera
         across = round(2 * camera.radius)
         samples = picture_samples(camera, _per_pixel(_SAMPLES_ACROSS, across))
         self.register_buffer("mask", samples.mask, persistent=False)
         glossy = [material for material in self.materials if not material.is_mirror]
-        self.rings = RingTransport(glossy, samples, height, interpolation) if glossy else None
-        if len(glossy) < len(self.materials):
+        self.rings = RingTransport(glossy, samples, self.height, interpolation) if glossy else None
+        mirrors = {i: material for i, material in enumerate(self.materials) if material.is_mirror}
+        if mirrors:
             samples = picture_samples(camera, _per_pixel(_MIRROR_SAMPLES_ACROSS, across))
             views = camera.views(samples.normals)
-            index, weight = mirror_taps(reflect(samples.normals, views), height)
+            index, weight = mirror_taps(reflect(samples.normals, views), self.height)
             weight = weight * samples.weight[:, None]
             self.register_buffer("mirror_index", index.flatten(), persistent=False)
-            self.register_buffer("mirror_weight", weight.flatten().float(), persistent=False)
             self.register_buffer("mirror_offsets", bag_offsets(samples), persistent=False)
             cos_view = (samples.normals * views).sum(-1)
-            for i, material in enumerate(self.materials):
-                if material.is_mirror and material.kind == "metal":
+            for i, material in mirrors.items():
+                if material.kind == "metal":
                     shown = weight * mirror_reflectance(material, cos_view)[:, None]
                     self.register_buffer(f"metal_weight_{i}", shown.flatten().float(), persistent=False)
+            if any(material.kind == "mirror" for material in mirrors.values()):
+                self.register_buffer("mirror_weight", weight.flatten().float(), persistent=False)
+
+    def _key(self, interpolation: Interpolation) -> str:
+        """Name of the tables in a cache: everything that they depend on, the code included."""
+        said = repr((self.camera, self.height, self.materials, interpolation, _MIRROR_SAMPLES_ACROSS))
+        return hashlib.sha256(said.encode() + _code_digest()).hexdigest()[:40]
+
+    def _save(self, path: Path) -> None:
+        """Keep the tables; a folder that cannot be written costs the time of building, nothing else."""
+        tables = {name: table.contiguous() for name, table in self.named_buffers()}
+        with contextlib.suppress(OSError):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with atomic_path(path) as temporary:
+                safetensors.torch.save_file(tables, temporary)
+
+    def _load(self, path: Path) -> bool:
+        """Take kept tables; False if there are none that can be read."""
+        try:
+            tables = safetensors.torch.load_file(path)
+        except (OSError, safetensors.SafetensorError):
+            return False
+        of_rings = {
+            name.removeprefix("rings."): table for name, table in tables.items() if name.startswith("rings.")
+        }
+        glossy = sum(not material.is_mirror for material in self.materials)
+        self.rings = RingTransport.of_tables(of_rings, glossy) if glossy else None
+        for name, table in tables.items():
+            if not name.startswith("rings."):
+                self.register_buffer(name, table, persistent=False)
+        return True
 
     def render(
         self, environment: Float[Tensor, "*batch height width channels"]
@@ -180,6 +234,16 @@ def render_spheres(
     """
     renderer = SphereRenderer(resolution).to(environment.device)
     return renderer.render(environment), renderer.mask
+
+
+@lru_cache(maxsize=1)
+def _code_digest() -> bytes:
+    """Of the modules that the tables come from, so that those of another version are not taken for ours."""
+    modules = (
+        grid, sphere_camera, sphere_samples, reflection, principled, surfaces, transport, rings,
+    )  # fmt: skip
+    files = [Path(__file__), *(Path(str(module.__file__)) for module in modules)]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).digest()
 
 
 def _per_pixel(across: int, resolution: int) -> int:
