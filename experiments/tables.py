@@ -252,31 +252,108 @@ def _spread(entry: Json, form: Callable[[float], str] = _number) -> str:
     return f"{form(entry['median'])} ({form(entry['p5'])} to {form(entry['p95'])})"
 
 
+METHOD_NAMES = {
+    "training-mean": "training panoramas' mean light",
+    "training-mean-geometric": "the same, at its typical brightness",
+    "photo-mean": "photo's mean colour",
+    "photo-extended": "photo's pixels, extended",
+    "oracle:top_fraction": "oracle, SH2 and 128 lobes (`top_fraction`)",
+    "oracle:max_fraction": "oracle, SH2 and 128 lobes (`max_fraction`)",
+    "oracle:sh2": "oracle, SH2 alone",
+    "oracle:gardner19": "oracle, constant and 3 lamps",
+    "oracle:emlight": "oracle, constant and 128 lobes of one colour",
+    "mixlight": "**MixLight**",
+    "mixlight+detail": "**MixLight** with the photo's pixels (`--detail photo`)",
+}
+
+
 def accuracy() -> str:
     """Protocol M on test photos: the model in the box, the floors and the ceiling."""
-    path = RESULTS / "first_light.json"
-    if not path.is_file():
+    found = _evaluation()
+    if not found:
         return ""
-    found: Json = json.loads(path.read_text(encoding="utf-8"))
-    rows, poses = [], []
-    for name, entry in found["methods"].items():
+    measured = found["protocols"]["M"]
+    count, pose = measured["counts"]["indoor"], found["camera"]
+    rows = []
+    for name, entry in measured["tables"]["indoor"].items():
         cells = [f"{entry[cell]['median']:.3f} ({entry[cell]['mean']:.3f})" for cell in CELLS]
-        rows.append([f"**{name}**" if "camera" in entry else name, *cells])
-        if "camera" in entry:
-            pose = entry["camera"]
-            poses.append(
-                f"{name}, on {pose['views']} views of the same panoramas with other poses: median error of "
-                f"the camera's pitch {pose['pitch_error_deg']:.1f}° (best constant guess "
-                f"{pose['constant_pitch_error_deg']:.1f}°), of its roll {pose['roll_error_deg']:.1f}° "
-                f"({pose['constant_roll_error_deg']:.1f}°).\n"
-            )
-    unseen = " that were neither trained on nor chosen by" if found["split"] == "test" else ""
+        rows.append([METHOD_NAMES[name], *cells])
     about = (
-        f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of "
-        f"{found['panoramas']} panoramas ({', '.join(found['categories'])}){unseen}. "
-        "Errors of three spheres, linear, in the photo's exposure: median (mean).\n"
+        f"Protocol M, {found['split']} split: {count['photos']} photos of {count['panoramas']} indoor "
+        "panoramas that were neither trained on nor chosen by. Errors of three spheres, linear, in the "
+        "photo's exposure: median (mean).\n"
     )
-    return "\n".join([about, _table(("light", *CELL_NAMES), rows), *poses])
+    camera = (
+        f"On {pose['views']} views of the same panoramas with other poses: median error of "
+        f"the camera's pitch {pose['pitch_error_deg']:.1f}° (best constant guess "
+        f"{pose['constant_pitch_error_deg']:.1f}°), of its roll {pose['roll_error_deg']:.1f}° "
+        f"({pose['constant_roll_error_deg']:.1f}°).\n"
+    )
+    return "\n".join([about, _table(("light", *CELL_NAMES), rows), camera])
+
+
+def evaluation(letter: str, category: str) -> Callable[[], str]:
+    """Means with their intervals: a protocol's table of one category."""
+
+    def table() -> str:
+        from mixlight.evaluation.cells import describe
+        from mixlight.evaluation.protocols import PROTOCOLS
+
+        found = _evaluation()
+        if not found:
+            return ""
+        measured, rows = found["protocols"][letter], []
+        cells = [cell for cell in PROTOCOLS[letter].cells if not cell.endswith("_geometric")]  # type: ignore[index]
+        for name, entry in measured["tables"][category].items():
+            shown = []
+            for cell in cells:
+                digits, values = describe(cell).digits, entry[cell]
+                if values["mean"] is None:
+                    shown.append("–")
+                    continue
+                low, high = values["mean_95"]
+                shown.append(f"{values['mean']:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})")
+            rows.append([METHOD_NAMES[name], *shown])
+        count = measured["counts"][category]
+        units = [describe(cell) for cell in cells]
+        heads = [f"{unit.title} [{unit.unit}]" if unit.unit else unit.title for unit in units]
+        about = (
+            f"{count['photos']} photos of {count['panoramas']} panoramas, {category}; mean (95 % interval).\n"
+        )
+        return "\n".join([about, _table((f"protocol {letter}", *heads), rows)])
+
+    return table
+
+
+def evaluation_ratios() -> str:
+    """The model's errors over those of the floors, on the same photos."""
+    found = _evaluation()
+    if not found:
+        return ""
+    rows = []
+    for category in ("indoor", "outdoor"):
+        for name, cells in found["protocols"]["M"]["ratios"][category].items():
+            if not name.startswith("oracle") and name != "mixlight+detail":
+                rows.append([f"{category}: {METHOD_NAMES[name]}", *_ratios(cells)])
+    return _table(("MixLight's error / error of", *CELL_NAMES), rows)
+
+
+def evaluation_basis() -> str:
+    """What the evaluation ran on."""
+    found = _evaluation()
+    if not found:
+        return ""
+    made = found["provenance"]
+    return (
+        f"Made by `experiments/evaluation.py`, split {found['split']}, seed 0 of the intervals; commit "
+        f"`{made['commit'][:10]}`; {made['machine']}; Python {made['python']}, torch {made['torch']}.\n"
+    )
+
+
+def _evaluation() -> Json:
+    path = RESULTS / "evaluation.json"
+    found: Json = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return found
 
 
 def trials() -> str:
@@ -535,6 +612,13 @@ def _ratio(entry: Json) -> str:
 
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
+    **{
+        f"evaluation-{letter.lower()}-{category}": evaluation(letter, category)
+        for letter in ("M", "S", "L")
+        for category in ("indoor", "outdoor")
+    },
+    "evaluation-ratios": evaluation_ratios,
+    "evaluation-basis": evaluation_basis,
     "basis": basis,
     "facts": facts,
     "separation": separation,
