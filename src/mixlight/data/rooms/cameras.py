@@ -50,13 +50,26 @@ def place_cameras(plan: Plan, rng: Random, count: int = 3) -> Plan:
         raise ValueError(
             f"no place for a camera in room {plan.seed}: {len(plan.items)} things in {space.kind}"
         )
-    chosen = [places[0]]
+    # Photographers stand rather in the open: of two places the one with more room around.
+    chosen = [max(rng.sample(places, min(2, len(places))), key=lambda p: _room_around(plan, p))]
     while len(chosen) < count:
         # Of a few places the farthest, so that not every second camera stands in a corner.
         some = rng.sample(places, min(6, len(places)))
         chosen.append(max(some, key=lambda p: min(math.dist(p, q) for q in chosen)))
     cameras = tuple(Camera(0, p, round(rng.uniform(-math.pi, math.pi), 4)) for p in chosen)
     return replace(plan, cameras=cameras)
+
+
+def _room_around(plan: Plan, place: Point3) -> float:
+    """Distance to the nearest wall or thing."""
+    x, y, _ = place
+    walls = min(
+        math.hypot(
+            max(min(a[0], b[0]) - x, x - max(a[0], b[0]), 0), max(min(a[1], b[1]) - y, y - max(a[1], b[1]), 0)
+        )
+        for a, b in ((edge.start, edge.end) for edge in edges(plan.spaces[0].outline))
+    )
+    return min(walls, clearance(plan, place))
 
 
 def clearance(plan: Plan, point: Point3, *, over: bool = True) -> float:

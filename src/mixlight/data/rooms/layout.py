@@ -299,7 +299,7 @@ def _shut_doors(rng: Random, building: Building, space: int) -> None:
     """Every room can be entered: a shut door where there is no other way, sometimes one more."""
     here = building.spaces[space]
     ways = [h for h in holes_of(building.spaces, building.openings, space) if h.opening.kind != "window"]
-    wanted = (0 if ways else 1) + choose(rng, [(0, 6.0), (1, 3.0), (2, 1.0)])
+    wanted = (0 if ways else 1) + choose(rng, [(0, 7.5), (1, 2.0), (2, 0.5)])
     if here.kind == "corridor":
         wanted += rng.randint(0, 3)
     order = [i for i in range(len(here.outline)) for _ in range(3)]

@@ -132,11 +132,11 @@ def tiles(rng: Random, *, wall: bool) -> Surface:
         tint, low, high = choose(
             rng,
             [
-                (((1.0, 0.95, 0.88), 0.25, 0.5), 3.0),
-                (((0.98, 1.0, 1.0), 0.12, 0.4), 3.0),
-                (((1.0, 0.97, 0.93), 0.05, 0.12), 1.5),
-                (((1.0, 0.45, 0.26), 0.12, 0.24), 1.3),
-                (((1.0, 0.99, 0.97), 0.5, 0.65), 1.0),
+                (((1.0, 0.93, 0.84), 0.2, 0.42), 3.0),
+                (((0.98, 1.0, 1.0), 0.1, 0.32), 3.0),
+                (((1.0, 0.97, 0.93), 0.04, 0.12), 1.7),
+                (((1.0, 0.45, 0.26), 0.1, 0.22), 1.3),
+                (((1.0, 0.99, 0.97), 0.42, 0.6), 0.6),
             ],
         )
         scale = rng.choice([0.67, 1.0, 1.0, 1.5, 2.0])
@@ -228,8 +228,8 @@ def floor(rng: Random, kind: str) -> Surface:
         tint, low, high = choose(
             rng,
             [
-                (((1.0, 0.92, 0.8), 0.15, 0.36), 3.0),
-                (((0.97, 0.99, 1.0), 0.05, 0.25), 4.0),
+                (((1.0, 0.9, 0.76), 0.12, 0.32), 3.0),
+                (((0.97, 0.99, 1.0), 0.035, 0.2), 4.0),
                 (((0.6, 0.75, 1.0), 0.04, 0.14), 1.5),
                 (((1.0, 0.45, 0.38), 0.05, 0.14), 0.8),
                 (((0.6, 1.0, 0.7), 0.05, 0.15), 0.6),
@@ -243,11 +243,11 @@ def floor(rng: Random, kind: str) -> Surface:
         return replace(tiles(rng, wall=False), turn=rng.choice([0.0, 0.0, 0.0, 0.7853982]))
     if made_of == "stone":
         tint = choose(rng, [((1.0, 0.95, 0.86), 2.0), ((0.98, 1.0, 1.0), 1.5), ((1.0, 0.85, 0.7), 0.8)])
-        colour = _to(tint, rng.choice([rng.uniform(0.25, 0.5), rng.uniform(0.05, 0.2)]))
+        colour = _to(tint, rng.choice([rng.uniform(0.2, 0.42), rng.uniform(0.04, 0.18)]))
         return Surface(
             "stone", colour, second=_shade(colour, 0.6), roughness=round(rng.uniform(0.1, 0.4), 3), seed=seed
         )
-    colour = _to((1.0, 0.98, 0.94), rng.uniform(0.12, 0.35))
+    colour = _to((1.0, 0.98, 0.94), rng.uniform(0.09, 0.28))
     return Surface("concrete", colour, roughness=round(rng.uniform(0.35, 0.85), 3), bump=0.15, seed=seed)
 
 
