@@ -50,36 +50,40 @@ def quick(table: Path, out: Path, *more: object) -> tuple[object, ...]:
 def test_an_evaluation_writes_tables_with_floors_and_ceilings(run: Run, table: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     status, printed, complaints = run(
-        "evaluate", "--panoramas", table, "--protocol", "M", "--out", out, "--method", "double=oracle:shh"
-    )
+        "evaluate", "--panoramas", table, "--protocol", "M", "--category", "outdoor", "--out", out,
+        "--method", "double=oracle:shh",
+    )  # fmt: skip
     assert (status, complaints) == (0, "")
-    assert printed == f"protocol M, 24 photos, 10 methods -> {out}/\n"
+    assert printed == f"protocol M, 8 photos, 10 methods -> {out}/\n"
     assert {path.name for path in out.iterdir()} == FILES
     results = json.loads((out / "results.json").read_text())
     assert results["protocol"]["letter"] == "M"
     assert results["renderer"]["kind"] == "matrix"
-    assert results["counts"]["indoor"] == {"photos": 16, "panoramas": 2, "groups": 2}
-    assert list(results["tables"]) == ["indoor", "outdoor"]
+    assert results["counts"] == {"outdoor": {"photos": 8, "panoramas": 1, "groups": 1}}
+    assert results["provenance"]["seed"] == 0
     methods = ["training-mean", "training-mean-geometric", "photo-mean", "photo-extended"]
     methods += [f"oracle:{name}" for name in ("top_fraction", "max_fraction", "sh2", "gardner19", "emlight")]
-    for category in ("indoor", "outdoor"):
-        assert list(results["tables"][category]) == [*methods, "double"]
-    cell = results["tables"]["indoor"]["oracle:top_fraction"]["diffuse_rmse"]
+    cells = results["tables"]["outdoor"]
+    assert list(cells) == [*methods, "double"]
+    assert cells["oracle:top_fraction"]["diffuse_rmse"]["mean"] < cells["photo-mean"]["diffuse_rmse"]["mean"]
+
+
+def test_indoor_and_outdoor_are_tables_apart_with_intervals(run: Run, table: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert run(*quick(table, out, "--without-floors"))[0] == 0
+    results = json.loads((out / "results.json").read_text())
+    assert list(results["tables"]) == ["indoor", "outdoor"]
+    assert results["counts"]["indoor"] == {"photos": 16, "panoramas": 2, "groups": 2}
+    assert results["renderer"] is None
+    cell = results["tables"]["indoor"]["photo-mean"]["energy_log2"]
     assert cell["n"] == 16
     assert cell["mean_95"][0] <= cell["mean"] <= cell["mean_95"][1]
-    floor = results["tables"]["indoor"]["photo-mean"]["diffuse_rmse"]
-    assert cell["mean"] < floor["mean"]
-    assert results["provenance"]["seed"] == 0
     with (out / "samples.csv").open() as file:
         samples = list(csv.DictReader(file))
-    assert len(samples) == 240
-    values = [
-        float(row["diffuse_rmse"])
-        for row in samples
-        if row["method"] == "photo-mean" and row["category"] == "indoor"
-    ]
-    assert floor["mean"] == pytest.approx(np.mean(values), abs=1e-4)
-    assert len(json.loads((out / "samples.json").read_text())["rows"]) == 240
+    assert len(samples) == len(json.loads((out / "samples.json").read_text())["rows"]) == 24
+    values = [float(row["energy_log2"]) for row in samples if row["category"] == "indoor"]
+    assert cell["mean"] == pytest.approx(np.mean(values), abs=1e-4)
+    assert "## outdoor: 8 photos of 1 panoramas" in (out / "table.md").read_text()
 
 
 def test_a_second_run_takes_what_is_there(run: Run, table: Path, tmp_path: Path) -> None:
