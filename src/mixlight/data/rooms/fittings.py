@@ -190,11 +190,11 @@ def _ducts(rng: Random, outline: Outline, height: float, room: float, details: d
         details["ducts_surface"] = surface_document(
             choose(rng, [(metal, 2.0), (Surface("paint", paint_colour(rng), roughness=0.5), 1.0)])
         )
-        around = [
-            [min(a, d) - r, min(b, e) - r, max(a, d) + r, max(b, e) + r, c - r, c + r]
-            for a, b, c, d, e, _, r in found
-        ]
-        details.setdefault("obstacles", []).extend(around)
+        for a, b, c, d, e, _, r in found:
+            # Round the pipe, and no longer than it.
+            x, y = (0.0, r) if along_x else (r, 0.0)
+            box = (min(a, d) - x, min(b, e) - y, max(a, d) + x, max(b, e) + y, c - r, c + r)
+            details.setdefault("obstacles", []).append([millimetres(v) for v in box])
 
 
 def _soffit(rng: Random, walls: tuple[Edge, ...], height: float, details: dict[str, Any]) -> None:
