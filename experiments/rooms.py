@@ -298,6 +298,8 @@ def summarise(runs: Sequence[Run], scenes: Sequence[str]) -> list[dict[str, Any]
         conditions, key=lambda c: (bool(c.rooms), bool(c.real), c.rooms if c.tables else 0, c.tables)
     )
     baseline = next((conditions[c] for c in ordered if not c.rooms), None)
+    base = None if baseline is None else np.stack([run.cells for run in baseline])
+    base_drawn = np.ones((1, len(CELLS))) if base is None else _medians(base, scenes, role=1)
     table = []
     for condition in ordered:
         members = sorted(conditions[condition], key=lambda run: run.seed)
@@ -315,47 +317,41 @@ def summarise(runs: Sequence[Run], scenes: Sequence[str]) -> list[dict[str, Any]
             "cells": {},
         }
         ours = np.stack([run.cells for run in members])
-        theirs = None if baseline is None else np.stack([run.cells for run in baseline])
+        drawn = _medians(ours, scenes, role=0)
         for k, cell in enumerate(CELLS):
-            entry["cells"][cell] = _numbers(
-                ours[:, :, k], None if theirs is None or not condition.rooms else theirs[:, :, k], scenes
-            )
+            seeds = np.median(ours[:, :, k], 1)
+            entry["cells"][cell] = {
+                "error": _rounded(seeds.mean()),
+                "interval_95": _interval(drawn[:, k]),
+                "seeds": [_rounded(value) for value in seeds],
+            }
+            if base is not None and condition.rooms:
+                ratio = seeds.mean() / np.median(base[:, :, k], 1).mean()
+                entry["cells"][cell]["ratio"] = _rounded(ratio)
+                entry["cells"][cell]["ratio_interval_95"] = _interval(drawn[:, k] / base_drawn[:, k])
         table.append(entry)
     return table
 
 
-def _numbers(
-    ours: np.ndarray, theirs: np.ndarray | None, scenes: Sequence[str]
-) -> dict[str, float | list[float]]:
-    """Error of one cell with its interval, and its ratio to the baseline's; arrays are [seeds, views]."""
-    draws = [_medians(ours, scenes, role=0)]
-    medians = np.median(ours, 1)
-    found: dict[str, float | list[float]] = {
-        "error": _rounded(medians.mean()),
-        "interval_95": _interval(draws[0]),
-        "seeds": [_rounded(value) for value in medians],
-    }
-    if theirs is not None:
-        base = _medians(theirs, scenes, role=1)
-        found["ratio"] = _rounded(medians.mean() / np.median(theirs, 1).mean())
-        found["ratio_interval_95"] = _interval(draws[0] / base)
-    return found
-
-
 def _medians(cells: np.ndarray, scenes: Sequence[str], role: int) -> np.ndarray:
-    """Bootstrap draws of the mean over seeds of the median over views.
+    """Bootstrap draws [draws, cells] of the mean over seeds of the median over views.
 
     Every call draws the same panoramas, so that two conditions are compared on the same ones; seeds are drawn
     anew for each role, since equal seeds of two conditions have nothing in common.
+
+    Args:
+        cells: [seeds, views, cells].
+        scenes: the panorama of each view.
+        role: 0 for a condition, 1 for what it is compared with.
     """
     places, seeds = np.random.default_rng(0), np.random.default_rng(1 + role)
     names = sorted(set(scenes))
     members = [np.flatnonzero(np.array(scenes) == name) for name in names]
-    draws = np.empty(RESAMPLES)
+    draws = np.empty((RESAMPLES, cells.shape[-1]))
     for k in range(RESAMPLES):
         views = np.concatenate([members[i] for i in places.integers(len(names), size=len(names))])
         rows = seeds.integers(len(cells), size=len(cells))
-        draws[k] = np.median(cells[:, views], 1)[rows].mean()
+        draws[k] = np.median(cells[:, views], 1)[rows].mean(0)
     return draws
 
 
