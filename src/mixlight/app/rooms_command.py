@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mixlight.app import rooms_assets, rooms_sheet, rooms_stats
+from mixlight.app import rooms_assets, rooms_preview, rooms_sheet, rooms_stats
 from mixlight.app.report import UsageError, complain, describe, print_json
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 HELP = "render rooms for training, with every light apart"
 
-ACTIONS = {"assets": rooms_assets, "sheet": rooms_sheet, "stats": rooms_stats}
+ACTIONS = {"assets": rooms_assets, "preview": rooms_preview, "sheet": rooms_sheet, "stats": rooms_stats}
 """What else can be done with rooms: modules as verbs have them."""
 
 

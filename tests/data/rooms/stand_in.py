@@ -39,7 +39,8 @@ def main() -> None:
                 path.write_bytes(b"no picture")
             else:
                 OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write(str(path))
-        answer = {"ok": True, "build": 0.1, "render": [1.0], "denoise": [0.2], "blender": "stand-in"}
+        seconds = {"build": 0.1, "render": 1.0, "denoise": 0.2}
+        answer = {"ok": True, "seconds": seconds, "core_seconds": seconds, "blender": "stand-in"}
         if trouble == "error":
             answer = {"ok": False, "error": "ValueError: no such shader"}
         (folder / "part").write_text(json.dumps(answer))

@@ -74,7 +74,7 @@ def test_a_set_is_what_training_reads(run: Run, tmp_path: Path) -> None:
     assert room.camera == 1
     assert room.plan == plain_plan(8, 2)
     assert room.document["render"]["blender"] == "stand-in"
-    assert room.document["seconds"]["render"] == 1.0
+    assert room.document["seconds"]["render"] == room.document["core_seconds"]["render"] == 1.0
     with (tmp_path / "set" / "rooms.csv").open() as lines:
         assert next(csv.reader(lines)) == ["scene", "file", "seed", "split", "category", "group"]
 

@@ -29,7 +29,7 @@ from mixlight.data.rooms.skies import OutdoorSky
 from mixlight.data.rooms.store import room_document, write_camera, write_document
 from mixlight.image.atomic import atomic_folder
 
-__all__ = ["Outcome", "RenderError", "Rooms", "render_rooms"]
+__all__ = ["Outcome", "RenderError", "Rooms", "render_rooms", "switched_on", "threads_of"]
 
 SCRIPT = Path(__file__).with_name("cycles") / "room.py"
 
@@ -79,6 +79,8 @@ class Outcome:
     """Why there is none."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Spent on plan, files, Blender's scene (`build`), light (`render`), noise (`denoise`) and packing."""
+    core_seconds: dict[str, float] = field(default_factory=dict)
+    """What Blender spent, summed over all cores."""
     panoramas: int = 0
     plan: Plan | None = field(default=None, repr=False)
     """The room; none where it failed."""
@@ -125,7 +127,6 @@ def render_rooms(
     done = store.rooms()
     todo = [seed for seed in dict.fromkeys(seeds) if seed not in done]
     jobs = max(1, min(jobs, len(todo)))
-    share = str(threads or max(1, (os.cpu_count() or 1) // jobs))
     outcomes: list[Outcome] = []
     in_a_row = 0
     with ExitStack() as stack:
@@ -134,7 +135,9 @@ def render_rooms(
         stack.callback(store.write_table)
         stack.callback(thanks.write)
         for _ in range(jobs):
-            session = stack.enter_context(Session(script, [share], blender=blender))
+            session = stack.enter_context(
+                Session(script, [str(threads or threads_of(jobs))], blender=blender)
+            )
             worker = _Worker(crew, session)
             worker.start()
             stack.callback(worker.join)
@@ -154,6 +157,17 @@ def render_rooms(
                     f"{in_a_row} rooms failed one after the other, the last one: {outcome.error}"
                 )
     return outcomes
+
+
+def threads_of(jobs: int) -> int:
+    """Threads for each of several Blenders that share the cores."""
+    return max(1, (os.cpu_count() or 1) // jobs)
+
+
+def switched_on(plan: Plan) -> dict[str, bool]:
+    """Which light groups are on as the room was planned; all of them are rendered."""
+    files = [""] * len(plan.cameras)
+    return {light["group"]: bool(light["on"]) for light in room_document(plan, files)["lights"]}
 
 
 class _Stopped(Exception):
@@ -275,30 +289,26 @@ class _Worker(threading.Thread):
         start = time.perf_counter()
         crew = self._crew
         files = [f"camera-{k}.exr" for k in range(len(ready.plan.cameras))]
-        seconds = ready.seconds | {
-            "build": float(answer["build"]),
-            "render": float(sum(answer["render"])),
-            "denoise": float(sum(answer["denoise"])),
-        }
-        on = {f.group: True for f in ready.plan.fixtures if f.on}
-        switched = {f.group: on.get(f.group, False) for f in ready.plan.fixtures}
+        seconds = ready.seconds | answer["seconds"]
+        on = switched_on(ready.plan)
         try:
             with atomic_folder(crew.store.room(ready.seed)) as fresh:
                 for index, file in enumerate(files):
                     groups, depth = read_raw(ready.folder / file, ready.groups)
-                    write_camera(fresh / file, groups, depth, document=DOCUMENT, camera=index, on=switched)
+                    write_camera(fresh / file, groups, depth, document=DOCUMENT, camera=index, on=on)
                 seconds["pack"] = time.perf_counter() - start
                 document = room_document(
                     ready.plan,
                     files,
                     render=asdict(crew.rooms.settings) | {"blender": answer["blender"]},
-                    seconds={name: round(value, 3) for name, value in seconds.items()},
+                    seconds=_rounded(seconds),
+                    core_seconds=_rounded(answer["core_seconds"]),
                 )
                 write_document(fresh / DOCUMENT, document)
         except Exception as error:
             self._fail(ready.seed, error)
         else:
-            crew.put(Outcome(ready.seed, None, seconds, len(files), ready.plan))
+            crew.put(Outcome(ready.seed, None, seconds, answer["core_seconds"], len(files), ready.plan))
         finally:
             shutil.rmtree(ready.folder)
 
@@ -316,3 +326,7 @@ class _Worker(threading.Thread):
 
 def _is_full(folder: Path) -> bool:
     return shutil.disk_usage(folder).free < _LITTLE
+
+
+def _rounded(seconds: dict[str, float]) -> dict[str, float]:
+    return {name: round(value, 3) for name, value in seconds.items()}

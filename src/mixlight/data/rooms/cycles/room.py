@@ -41,19 +41,20 @@ def main(threads):
 
 
 def render(folder, threads):
-    """One room, all its cameras; returns the seconds it took."""
-    start = time.perf_counter()
+    """One room, all its cameras; returns the seconds it took, and those of all cores together."""
+    clock = Clock()
     job = json.loads((folder / "scene.json").read_text())
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     settings(scene, job["render"], threads)
     build(scene, job, folder)
     output = passes.compositor(scene, job["groups"], folder, job["render"]["denoise"])
-    built = time.perf_counter()
-    tracing, cleaning = [], []
-    compositing = stopwatch()
+    clock.lap("build")
+    # The compositor takes the noise off, and writes.
+    bpy.app.handlers.render_stats[:] = [
+        lambda text, _: clock.lap("render") if text.startswith("Compositing") else None
+    ]
     for index, camera in enumerate(job["cameras"]):
-        begun = time.perf_counter()
         look(scene, camera)
         scene.frame_set(index)
         scene.cycles.seed = (job["render"]["seed"] + index) % 2**31
@@ -65,21 +66,23 @@ def render(folder, threads):
         if len(made) != 1 or made[0].stat().st_size == 0:
             raise OSError(f"expected Blender to write one panorama, found {[path.name for path in made]}")
         os.replace(made[0], folder / f"camera-{index}.exr")
-        tracing.append(compositing[0] - begun)
-        cleaning.append(time.perf_counter() - compositing[0])
-    return {"build": built - start, "render": tracing, "denoise": cleaning, "blender": bpy.app.version_string}
+        clock.lap("denoise")
+    return {"seconds": clock.seconds, "core_seconds": clock.cores, "blender": bpy.app.version_string}
 
 
-def stopwatch():
-    """A list in which stands when the compositor, which takes off the noise and writes, last began."""
-    begun = [0.0]
+class Clock:
+    """Sums up what each kind of work takes: seconds, and seconds of all cores together."""
 
-    def listen(text, _):
-        if text.startswith("Compositing"):
-            begun[0] = time.perf_counter()
+    def __init__(self):
+        self.seconds, self.cores = {}, {}
+        self.last = time.perf_counter(), time.process_time()
 
-    bpy.app.handlers.render_stats[:] = [listen]
-    return begun
+    def lap(self, kind):
+        """What went by since the last lap was of this kind."""
+        now = time.perf_counter(), time.process_time()
+        for sums, before, after in zip((self.seconds, self.cores), self.last, now, strict=True):
+            sums[kind] = sums.get(kind, 0.0) + after - before
+        self.last = now
 
 
 def settings(scene, given, threads):
