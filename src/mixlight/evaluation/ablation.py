@@ -6,7 +6,6 @@ import hashlib
 import json
 import os
 import platform
-import re
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -34,7 +33,6 @@ from mixlight.training.validation import ValidationSet
 
 __all__ = ["Piece", "ablate", "pieces"]
 
-RESULTS_FILE = "results.json"
 _CHUNK = 32
 _ACTIVE = 1e-4
 """Anchors with a smaller share of the sources' light count as off."""
@@ -55,16 +53,6 @@ class Piece:
     variant: Variant
     seed: int
 
-    @property
-    def file(self) -> str:
-        """Name of its result below the run's folder.
-
-        >>> Piece(Variant("SH2 + 128 SG"), 1).file
-        'sh2-128-sg-1.json'
-        """
-        slug = re.sub(r"[^a-z0-9]+", "-", self.variant.name.lower()).strip("-")
-        return f"{slug}-{self.seed}.json"
-
 
 def pieces(experiment: Experiment) -> list[Piece]:
     """All that an experiment consists of; seed by seed, so that a stopped run has every variant once
@@ -77,46 +65,51 @@ def pieces(experiment: Experiment) -> list[Piece]:
 def ablate(
     experiment: Experiment,
     out: Path,
+    store: Path | None = None,
     cache: Path | None = None,
     progress: Callable[[Piece], None] = lambda piece: None,
 ) -> dict[str, Any]:
-    """Runs what is not there yet and writes `results.json`.
+    """Runs what is not there yet and writes the results.
 
-    A finished piece is kept in a file of its own with a digest of all that it depends on (configuration,
-    panoramas, protocol); one with the same digest is not run again, and any other is.
+    A finished piece is kept in a file that is named by a digest of all that it depends on (configuration,
+    panoramas, protocol). So it is run once, however many experiments have it.
 
     Args:
         experiment: what to compare.
-        out: folder of the run; made if it is missing.
+        out: the file of the results.
+        store: folder of the finished pieces; `pieces` beside `out` if not given.
         cache: where labels and features are kept between runs; the user's cache folder if not given.
         progress: called after each piece.
 
     Returns:
-        What `results.json` holds.
+        What `out` holds.
 
     Raises:
         ValueError: bad tables, panoramas or configurations.
         FloatingPointError: a training run has diverged.
         OSError: a file is missing, or `out` cannot be written.
     """
-    out.mkdir(parents=True, exist_ok=True)
+    store = store or out.parent / "pieces"
+    store.mkdir(parents=True, exist_ok=True)
+    out.parent.mkdir(parents=True, exist_ok=True)
     records = _records(experiment)
-    plan = _Networks(experiment, records, out, cache) if experiment.level == "network" else None
+    plan = _Networks(experiment, records, store, cache) if experiment.level == "network" else None
     bench = plan.bench if plan else Bench(records, CanonicalView(), experiment.azimuths)
     done: dict[str, list[dict[str, Any]]] = {variant.name: [] for variant in experiment.variants}
     for piece in pieces(experiment):
         digest = _digest(experiment, piece, records, plan.config(piece) if plan else None)
-        found = _read(out / piece.file, digest)
+        file = store / f"{digest}.json"
+        found = _read(file, experiment.parts)
         if found is None:
             started = time.process_time()
-            found = plan.run(piece) if plan else _represented(experiment, piece.variant, bench)
-            found |= {"digest": digest, "seed": piece.seed}
+            found = plan.run(piece, digest) if plan else _represented(experiment, piece.variant, bench)
+            found |= {"variant": piece.variant.name, "seed": piece.seed, "commit": commit()}
             found["cpu_seconds"] = round(time.process_time() - started, 1)
-            _write(out / piece.file, found)
+            _write(file, found)
         done[piece.variant.name].append(found)
         progress(piece)
     result = _result(experiment, bench, done, plan)
-    _write(out / RESULTS_FILE, result)
+    _write(out, result)
     return result
 
 
@@ -124,9 +117,9 @@ class _Networks:
     """Trains and scores networks; what all of them share is made once."""
 
     def __init__(
-        self, experiment: Experiment, records: Sequence[PanoramaRecord], out: Path, cache: Path | None
+        self, experiment: Experiment, records: Sequence[PanoramaRecord], store: Path, cache: Path | None
     ) -> None:
-        self.experiment, self.out, self.cache = experiment, out, cache
+        self.experiment, self.store, self.cache = experiment, store, cache
         base = read_config(experiment.config)
         self.base = base
         self.bench = Bench(records, base.model.canonical, experiment.azimuths)
@@ -149,9 +142,9 @@ class _Networks:
             )
         return config
 
-    def run(self, piece: Piece) -> dict[str, Any]:
+    def run(self, piece: Piece, digest: str) -> dict[str, Any]:
         """Trains one network, or goes on with it, and scores it."""
-        folder = self.out / Path(piece.file).stem
+        folder = self.store / digest
         run = Run(self.config(piece), folder, resume=True, cache=self.cache, validation=self.validation)
         run.finish()
         run.model.load_state_dict(run.best)
@@ -291,7 +284,7 @@ def _digest(
 ) -> str:
     """Of all that a piece's numbers depend on, the code excepted."""
     scored = [(r.scene, r.group, r.path.stat().st_size) for r in records]
-    what: list[Any] = [_PROTOCOL, experiment.azimuths, experiment.parts, scored]
+    what: list[Any] = [_PROTOCOL, experiment.azimuths, scored]
     if config is None:
         what.append(asdict(piece.variant.representation))
     else:
@@ -303,13 +296,13 @@ def _digest(
     return hashlib.sha256(repr(what).encode()).hexdigest()[:16]
 
 
-def _read(path: Path, digest: str) -> dict[str, Any] | None:
-    """A finished piece, if it is the one that is wanted."""
+def _read(path: Path, parts: Sequence[Part]) -> dict[str, Any] | None:
+    """A finished piece, if it has all the parts that are wanted."""
     try:
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError):
         return None
-    return found if found.get("digest") == digest else None
+    return found if set(parts) <= set(found["cells"]) else None
 
 
 def _write(path: Path, value: Mapping[str, Any]) -> None:

@@ -14,8 +14,6 @@ from mixlight.light.fit import parameters
 from mixlight.light.gaussians import SHARPNESS, evaluate_map
 from mixlight.light.separate import Method, check_rule, separate
 from mixlight.network.methods import Part
-from mixlight.network.sparsemax import MODES, SLSparsemax
-from mixlight.network.sparsemax import Mode as SparseMode
 from mixlight.sphere import equirect, points
 
 __all__ = ["PARTS", "Part", "Representation"]
@@ -44,18 +42,19 @@ class Representation:
     """Number of anchors."""
     sharpness: float = SHARPNESS
     """Angular size s of the sources' Gaussians."""
-    sparse: SparseMode = "none"
-    """Sparse layer through which the true shares of the anchors go."""
+    lamps: int = lamps.COUNT
+    """Number of free lamps."""
 
     def __post_init__(self) -> None:
         check_rule(self.separation, self.fraction)
         for name, known in (
             ("ambient", get_args(Ambient)),
             ("sources", get_args(Sources)),
-            ("sparse", MODES),
         ):
             if getattr(self, name) not in known:
                 raise ValueError(f"expected {name} out of {', '.join(known)}, got {getattr(self, name)!r}")
+        if self.anchors < 1 or self.lamps < 1:
+            raise ValueError(f"expected at least one anchor and lamp, got {self.anchors} and {self.lamps}")
         if self.sources == "lamps" and self.ambient != "constant":
             raise ValueError(f"expected constant ambient light around lamps, got {self.ambient!r}")
 
@@ -71,7 +70,7 @@ class Representation:
             "anchors": self.anchors + 4,
             "colours": 3 * self.anchors,
             "sh6": 147,
-            "lamps": 7 * lamps.COUNT,
+            "lamps": 7 * self.lamps,
             "none": 0,
         }[self.sources]
         return ambient + sources
@@ -92,12 +91,12 @@ class Representation:
             ValueError: not a panorama of radiance, or a part of what is no sum of two.
 
         >>> even = torch.full((32, 64, 3), 0.5)
-        >>> Representation("sg9", "sh6").environment(even).mean()
+        >>> Representation("sh2", "sh6").environment(even).mean()
         tensor(0.5000)
         """
         height = true.shape[0]
         if self.sources == "lamps":
-            found = lamps.find(true)
+            found = lamps.find(true, self.lamps)
             if part == "sources":
                 found = found._replace(ambient=torch.zeros_like(found.ambient))
             elif part == "ambient":
@@ -121,10 +120,6 @@ class Representation:
             true, separation=self.separation, fraction=self.fraction, degree=0, anchors=self.anchors
         )
         energy = found.anchor_energy if self.sources == "colours" else found.lobe_energy()
-        if self.sparse != "none":
-            layer = SLSparsemax(self.anchors, mode=self.sparse)
-            share = layer(found.distribution)
-            energy = share[:, None] * found.intensity * found.colour
         return evaluate_map(points.vogel(self.anchors), energy, self.sharpness, true.shape[0])
 
 

@@ -158,7 +158,7 @@ class LightLoss(nn.Module):
 
     def picture(self, flat: Float[Tensor, "batch texels 3"]) -> Float[Tensor, "batch height width 3"]:
         """Texels as a panorama."""
-        return flat.view(-1, self.map_height, 2 * self.map_height, 3)
+        return flat.reshape(-1, self.map_height, 2 * self.map_height, 3)
 
     def _robust(self, error: Tensor) -> Tensor:
         """Logarithmic from `sphere_offset` on, so that hopeless scenes do not outweigh the others."""
@@ -179,7 +179,7 @@ def expansion_loss(
 
     >>> from mixlight.light.functions import project
     >>> one = project(torch.ones(16, 32, 3), "sg9")
-    >>> round(expansion_loss(one, 0 * one, "sg9", "reconstruction").item(), 2)  # 2 / pi, but for the ripple of nine
+    >>> round(expansion_loss(one, 0 * one, "sg9", "reconstruction").item(), 2)  # about 2 / pi
     0.63
     """
     if name != "sg9":
@@ -190,6 +190,20 @@ def expansion_loss(
     matrix = functions.products(name, cosine=term == "rendering").to(error)
     scale = 2 * torch.pi**2 * error.shape[-1]
     return (error * (matrix @ error)).sum((-2, -1)) / scale
+
+
+def synthesised(
+    maps: Float[Tensor, "texels k"], coefficients: Float[Tensor, "batch k 3"]
+) -> Float[Tensor, "batch texels 3"]:
+    """`maps @ coefficients` as one wide product instead of one for each sample, which takes ten times as
+    long.
+
+    >>> synthesised(torch.eye(2), torch.tensor([[[1.0, 2, 3], [4, 5, 6]]]))[0, 1]
+    tensor([4., 5., 6.])
+    """
+    batch, count, channels = coefficients.shape
+    wide = maps @ coefficients.transpose(0, 1).reshape(count, batch * channels)
+    return wide.view(len(maps), batch, channels).transpose(0, 1)
 
 
 def huber(squared: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from mixlight.light import functions
-from mixlight.loss.common import LightLoss, LossWeights
+from mixlight.loss.common import LightLoss, LossWeights, synthesised
 from mixlight.loss.sources import colour_loss
 
 
@@ -65,8 +65,7 @@ class ExpandedLoss(LightLoss):
         light_map = None
         if self.sphere_loss is not None:
             # The sum is clamped, not each: harmonics of sharp lamps ring below 0.
-            flat = self.source_maps @ sources + self.ambient_maps @ ambient
+            flat = synthesised(self.source_maps, sources) + synthesised(self.ambient_maps, ambient)
             light_map = self.picture(flat.clamp(min=0))
         terms |= self.shared_terms(light_map, camera, true_map / scale[..., None], true_camera)
         return self.weigh(terms)
-

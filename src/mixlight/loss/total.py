@@ -9,7 +9,7 @@ from torch.nn import functional
 from mixlight.light import functions, gaussians
 from mixlight.light.separate import luminance
 from mixlight.loss import sources as source_losses
-from mixlight.loss.common import LightLoss, LossWeights
+from mixlight.loss.common import LightLoss, LossWeights, synthesised
 from mixlight.loss.transport import SphericalSinkhorn
 from mixlight.sphere import points
 
@@ -52,7 +52,8 @@ class TotalLoss(LightLoss):
         self, ambient: Float[Tensor, "batch k 3"], anchor_energy: Float[Tensor, "batch anchors 3"]
     ) -> Float[Tensor, "batch height width 3"]:
         """The small map of a light: ambient part clamped at 0, plus the lobes; height is `map_height`."""
-        return self.picture((self.ambient_maps @ ambient).clamp(min=0) + self.lobe_maps @ anchor_energy)
+        even = synthesised(self.ambient_maps, ambient).clamp(min=0)
+        return self.picture(even + synthesised(self.lobe_maps, anchor_energy))
 
     def forward(
         self,

@@ -69,7 +69,10 @@ class Estimator:
                 f"got kind {card.get('kind')!r}"
             )
         try:
-            model = MixLightNet(ModelSettings.from_card(settings))
+            known = ModelSettings.from_card(settings)
+            if known.ambient != "sh2":
+                raise ValueError(f"expected ambient light in sh2, got {known.ambient}")
+            model = MixLightNet(known)
         except ValueError as error:
             raise weights.WeightsError(f"{path}: settings on the card: {error}") from error
         weights.load_into(model, state, path)

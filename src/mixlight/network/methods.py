@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal, get_args
 
+import torch
 from jaxtyping import Float
 from torch import Tensor
 
@@ -16,6 +18,9 @@ from mixlight.network.model import MixLightNet
 from mixlight.network.photo_net import PhotoNet
 from mixlight.network.settings import ANCHORED, ModelSettings
 from mixlight.sphere import points
+
+Part = Literal["whole", "ambient", "sources"]
+AnyLight = Prediction | ExpandedLight | LampLight
 
 AnyNet = PhotoNet[Any]
 """A network of any method."""
@@ -46,7 +51,10 @@ def create(settings: ModelSettings, pretrained: bool = False) -> AnyNet:
 
 
 def environments(
-    light: Prediction | ExpandedLight | LampLight, settings: ModelSettings, height: int = 128
+    light: AnyLight,
+    settings: ModelSettings,
+    height: int = 128,
+    part: Part = "whole",
 ) -> Float[Tensor, "batch height width 3"]:
     """Environment maps of a batch of predicted lights, in their units.
 
@@ -57,10 +65,14 @@ def environments(
         light: what the network of these settings predicts.
         settings: of the network.
         height: rows of the maps.
+        part: all of the light, or the ambient light or the sources alone.
 
     Raises:
         ValueError: light that is not finite.
     """
+    if part not in get_args(Part):
+        raise ValueError(f"expected a part out of {', '.join(get_args(Part))}, got {part!r}")
+    light = _only(light, part)
     if isinstance(light, LampLight):
         result = lamps.environment(light.lamps(), height)
     elif isinstance(light, ExpandedLight):
@@ -77,6 +89,21 @@ def environments(
     if not bool(result.isfinite().all()):
         raise ValueError("expected finite light, got NaN or infinity")
     return result
+
+
+def _only(light: AnyLight, part: Part) -> AnyLight:
+    """The light without what is no part of it."""
+    if part == "whole":
+        return light
+    if isinstance(light, Prediction):
+        if part == "ambient":
+            return replace(light, intensity=torch.zeros_like(light.intensity))
+    elif isinstance(light, ExpandedLight):
+        if part == "ambient":
+            return replace(light, sources=torch.zeros_like(light.sources))
+    elif part == "ambient":
+        return replace(light, energy=torch.zeros_like(light.energy))
+    return replace(light, ambient=torch.zeros_like(light.ambient))
 
 
 def _expansion(coefficients: Tensor, name: functions.Functions, height: int) -> Tensor:

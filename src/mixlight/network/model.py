@@ -54,10 +54,7 @@ class MixLightNet(PhotoNet[Prediction]):
             else None
         )
 
-    def forward(self, photo: Float[Tensor, "batch 3 height width"]) -> Prediction:
-        """Predicts light in the photo's own exposure: radiance 1 is the photo's linear white.
-
-        `photo` is the sRGB-encoded canonical view in [0, 1].
-        """
-        light = super().forward(photo)
+    def exposed(self, relative: Prediction, mean: Float[Tensor, "batch 3"]) -> Prediction:
+        """Light in the photos' own exposure, with fewer sources if `glow_gain` is set."""
+        light = super().exposed(relative, mean)
         return light if self.glow is None else self.glow(light)

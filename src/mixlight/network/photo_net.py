@@ -73,7 +73,11 @@ class PhotoNet(nn.Module, Generic[Light]):
         `photo` is the sRGB-encoded canonical view in [0, 1].
         """
         light, mean = self.relative(photo)
-        result: Light = light.scaled(mean)
+        return self.exposed(light, mean)
+
+    def exposed(self, relative: Light, mean: Float[Tensor, "batch 3"]) -> Light:
+        """Light in the photos' own exposure, from what the heads said and the photos' mean colours."""
+        result: Light = relative.scaled(mean)
         return result
 
 

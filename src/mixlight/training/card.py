@@ -15,6 +15,7 @@ import torch
 from mixlight import __version__
 from mixlight.data.panoramas import PanoramaRecord
 from mixlight.network import weights
+from mixlight.network.settings import ANCHORED, ModelSettings
 from mixlight.training.config import WORDS, TrainingConfig, to_plain
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -35,7 +36,7 @@ def make_card(
     plain["backbone_weights"] = Path(config.backbone_weights).name
     plain["model_weights"] = Path(config.model_weights).name
     return {
-        "kind": "mixlight",
+        "kind": config.method if config.method != "mixlight" else kind(config.model),
         "name": config.name,
         "settings": config.model.to_card(),
         "frame": "mixlight: +X right, +Y up, -Z forward; the photo's azimuth is the map's centre",
@@ -52,6 +53,15 @@ def make_card(
         "versions": versions(),
         "licence": f"Apache-2.0; backbone {_origin(config)}",
     }
+
+
+def kind(settings: ModelSettings) -> str:
+    """What the weights are: `mixlight`, which the estimator loads, or `variant`, for comparisons alone.
+
+    >>> kind(ModelSettings()), kind(ModelSettings(ambient="sg9"))
+    ('mixlight', 'variant')
+    """
+    return "mixlight" if settings.ambient == "sh2" and settings.sources in ANCHORED else "variant"
 
 
 def versions() -> dict[str, str]:

@@ -18,6 +18,7 @@ from mixlight.data.training_set import SamplingSettings
 from mixlight.loss.lamps import LampWeights
 from mixlight.loss.total import LossWeights
 from mixlight.network.model import ModelSettings
+from mixlight.training.presets import PRESETS, with_preset
 
 WORDS = ("imagenet", "none")
 """Starts of a backbone that are no path."""
@@ -76,6 +77,9 @@ class TrainingConfig:
     """CSV tables of panoramas; relative paths are relative to the config file."""
     name: str = "mixlight"
     """Name of the model, written on its card."""
+    method: str = "mixlight"
+    """What is trained: `mixlight`, or a baseline, `gardner19` or `emlight` (`mixlight.training.presets`).
+    Sets the values that make up the method; what the file says itself stands above them."""
     seed: int = 0
     """Seed of weights, views and dropout; at least 0."""
     steps: int = 1000
@@ -135,6 +139,8 @@ class TrainingConfig:
         for name in ("seed", "validation_rooms", "workers", "frozen_views"):
             if getattr(self, name) < 0:
                 raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
+        if self.method not in PRESETS:
+            raise ValueError(f"expected a method out of {', '.join(PRESETS)}, got {self.method!r}")
         if self.unit not in ("photo", "truth"):
             raise ValueError(f"expected unit photo or truth, got {self.unit!r}")
         if self.precision not in ("float32", "bfloat16"):
@@ -170,6 +176,7 @@ def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) ->
     try:
         for dotted, value in (overrides or {}).items():
             _override(values, dotted, value)
+        values = with_preset(values)
         config: TrainingConfig = _build(TrainingConfig, values, "")
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error

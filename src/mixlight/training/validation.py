@@ -58,13 +58,19 @@ def score_spheres(
     Raises:
         ValueError: maps that are not 2:1.
     """
-    images, truth = renderer.render(predicted), renderer.render(true)
-    mask = renderer.mask
-    rows = []
-    for i in range(len(SPHERES)):
-        rmse, si_rmse = rmse_and_si_rmse(images[:, i][:, mask], truth[:, i][:, mask])
-        rows.append(torch.stack([rmse, si_rmse], -1))
-    return torch.stack(rows, -1)
+    shown, truth = (sphere_pixels(renderer, maps) for maps in (predicted, true))
+    return torch.stack(rmse_and_si_rmse(shown, truth), 1)
+
+
+def sphere_pixels(
+    renderer: SphereRenderer, maps: Float[Tensor, "batch height width 3"]
+) -> Float[Tensor, "batch 3 pixels 3"]:
+    """What the three spheres show under maps.
+
+    Raises:
+        ValueError: maps that are not 2:1.
+    """
+    return renderer.render(maps)[:, :, renderer.mask]
 
 
 class ValidationSet:
@@ -100,6 +106,14 @@ class ValidationSet:
         if not self.samples:
             raise ValueError("expected at least one panorama with split val and light in it, got none")
         self.renderer = renderer or SphereRenderer(resolution=64)
+        self._shown: dict[tuple[str, int], Tensor] = {}
+
+    def _truth(self, kind: str, start: int) -> Tensor:
+        """The spheres under the true light of a chunk, rendered once."""
+        if (kind, start) not in self._shown:
+            maps = torch.stack([s.environment for s in self.samples[kind][start : start + _CHUNK]])
+            self._shown[kind, start] = sphere_pixels(self.renderer, maps)
+        return self._shown[kind, start]
 
     @torch.no_grad()
     def evaluate(self, model: AnyNet) -> dict[str, float]:
@@ -119,8 +133,8 @@ class ValidationSet:
                 chunk = samples[start : start + _CHUNK]
                 prediction = model(torch.stack([s.photo for s in chunk]).to(device)).to("cpu")
                 predicted = environments(prediction, model.settings)
-                true = torch.stack([s.environment for s in chunk])
-                errors.append(score_spheres(self.renderer, predicted, true))
+                shown = sphere_pixels(self.renderer, predicted)
+                errors.append(torch.stack(rmse_and_si_rmse(shown, self._truth(kind, start)), 1))
             cells = torch.cat(errors)
             for i, sphere in enumerate(SPHERES):
                 result[f"{kind}/{sphere}/rmse"] = float(cells[:, 0, i].median())
