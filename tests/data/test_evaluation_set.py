@@ -6,6 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from mixlight.data import display
 from mixlight.data.evaluation_set import ENVIRONMENT_HEIGHT, collect, samples_of
 from mixlight.data.panoramas import PanoramaRecord
 from mixlight.image import exr
@@ -83,3 +84,27 @@ def test_black_views_are_left_out_and_scenes_stay_in_order(tmp_path: Path) -> No
     samples = collect([black, store(tmp_path, "half", half), store(tmp_path, "a", room(64))], VIEW, 4)
     assert [sample.scene for sample in samples] == ["half", "a", "a", "a", "a"]
     assert samples[0].azimuth_deg == 0
+
+
+def test_a_photo_exposed_for_the_panorama_is_a_part_of_the_encoded_map(tmp_path: Path) -> None:
+    """Protocol S: the whole view is shown, at the scale on which the panorama's median is .5, level."""
+    x, y, z = equirect.pixel_directions(128).unbind(-1)
+    panorama = torch.stack([1 + 0.4 * x, 1 + 0.4 * y, 1 + 0.4 * z], -1)
+    wide = CanonicalView(48, 64, 1.3)
+    (sample,) = samples_of(store(tmp_path, "a", panorama), wide, 1, pitch=0.0, fov=1.3, exposure="panorama")
+    assert sample.fov == 1.3
+    rays = camera.ray_directions(48, 64, 1.3)
+    encoded = display.encode(panorama)
+    expected = equirect.sample(encoded, rays).clamp(max=1)
+    torch.testing.assert_close(sample.photo.permute(1, 2, 0), expected, rtol=0, atol=5e-3)
+    torch.testing.assert_close(sample.environment ** (1 / 2.4), encoded, rtol=2e-3, atol=0)
+
+
+def test_samples_have_names_of_their_own(tmp_path: Path) -> None:
+    samples = list(samples_of(store(tmp_path, "a", room(64)), VIEW))
+    assert [sample.name for sample in samples[:3]] == ["a_az000", "a_az045", "a_az090"]
+
+
+def test_an_unknown_exposure_is_refused(tmp_path: Path, unchecked: None) -> None:
+    with pytest.raises(ValueError, match="expected an exposure out of view, panorama, got 'sun'"):
+        next(samples_of(store(tmp_path, "a", room(64)), VIEW, exposure="sun"))  # type: ignore[arg-type]

@@ -124,3 +124,9 @@ def test_protocol_l_needs_no_renderer() -> None:
 def test_there_is_no_other_protocol() -> None:
     with pytest.raises(ValueError, match="expected a protocol out of M, S, L, got 'X'"):
         find("X")
+
+
+def test_predictions_of_several_sizes_are_scored_together() -> None:
+    """An even light is the same at any size."""
+    found = score(PROTOCOLS["L"], [torch.full((h, 2 * h, 3), 0.5) for h in (32, 64, 128)], room(64))
+    assert found[1:] == [pytest.approx(found[0], rel=1e-5)] * 2

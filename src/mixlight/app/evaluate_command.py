@@ -105,6 +105,10 @@ def run(arguments: argparse.Namespace) -> int:
     from mixlight.evaluation import protocols
 
     protocol = protocols.find(arguments.protocol)
+    if protocol.scene is None and arguments.renderer != "matrix":
+        raise UsageError(
+            f"--renderer {arguments.renderer}: protocol {protocol.letter} has no spheres to render"
+        )
     try:
         records = _records(arguments.panoramas)
         chosen = _chosen(records, arguments)

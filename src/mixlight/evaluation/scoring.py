@@ -22,8 +22,8 @@ __all__ = ["score", "sphere_cells"]
 
 def score(
     protocol: Protocol,
-    predicted: Sequence[Float[Tensor, "height width 3"]],
-    true: Float[Tensor, "true_height true_width 3"],
+    predicted: Sequence[Float[Tensor, "_ _ 3"]],
+    true: Float[Tensor, "_ _ 3"],
     renderer: Renderer | None = None,
 ) -> list[dict[str, float]]:
     """What a protocol measures on predictions of one true map; `Protocol.cells` but for `active_anchors`.
