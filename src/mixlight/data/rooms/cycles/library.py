@@ -1,8 +1,13 @@
 """Runs inside Blender: objects of the furniture library, placed and recoloured."""
 
 import bpy
+import numpy as np
 import patterns  # noqa: F401 - a surface of unknown kind fails in the same words everywhere
 from mathutils import Matrix
+
+FARTHEST = 1e4
+"""Texture coordinates beyond are garbage of the object's file; Cycles mixes texels there with weights of a
+million, and the picture shines like a furnace."""
 
 
 def place(scene, path, placements):
@@ -16,11 +21,24 @@ def place(scene, path, placements):
             raise ValueError(f"{path}: expected the objects {', '.join(missing)}, found none of the name")
         here.objects = list(wanted)
     originals = dict(zip(wanted, here.objects, strict=True))
+    for original in originals.values():
+        mend(original.data)
     for placement in placements:
         made = originals[placement["name"]].copy()
         made.matrix_world = Matrix(placement["matrix"])
         scene.collection.objects.link(made)
         recolour(made, placement["surfaces"])
+
+
+def mend(mesh):
+    """Put texture coordinates that no picture can be meant by to 0."""
+    for layer in mesh.uv_layers:
+        values = np.empty(2 * len(layer.uv), np.float32)
+        layer.uv.foreach_get("vector", values)
+        bad = ~(np.abs(values) < FARTHEST)  # NaN, too
+        if bad.any():
+            values[bad] = 0.0
+            layer.uv.foreach_set("vector", values)
 
 
 def recolour(placed, surfaces):
