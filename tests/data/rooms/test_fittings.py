@@ -7,9 +7,10 @@ import dataclasses
 import pytest
 
 from mixlight.data.rooms.builder import Builder
+from mixlight.data.rooms.building import Building
 from mixlight.data.rooms.built_in import add_built_in
 from mixlight.data.rooms.fittings import free_runs, strips
-from mixlight.data.rooms.layout import Building, draw_building
+from mixlight.data.rooms.layout import draw_building
 from mixlight.data.rooms.make_plan import stream
 from mixlight.data.rooms.outline import (
     Rectangle,

@@ -6,10 +6,11 @@ from itertools import combinations
 
 import pytest
 
+from mixlight.data.rooms.building import Building
 from mixlight.data.rooms.footprints import DIMENSIONS
-from mixlight.data.rooms.layout import KIND_SHARES, Building, cells, draw_building
+from mixlight.data.rooms.layout import KIND_SHARES, draw_building
 from mixlight.data.rooms.make_plan import stream
-from mixlight.data.rooms.outline import area, bounds, contains, edges, holes_of, overlap
+from mixlight.data.rooms.outline import area, bounds, cells, contains, edges, holes_of, overlap
 from mixlight.data.rooms.plan import KINDS, SURFACES, Surface
 from mixlight.data.rooms.plan_json import read_surface
 

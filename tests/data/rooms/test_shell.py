@@ -10,10 +10,10 @@ import pytest
 
 from mixlight.data.rooms import dressings, shell, windows
 from mixlight.data.rooms.builder import Builder
-from mixlight.data.rooms.layout import cells, draw_building
+from mixlight.data.rooms.layout import draw_building
 from mixlight.data.rooms.make_plan import stream
 from mixlight.data.rooms.mesh import Mesh, Part
-from mixlight.data.rooms.outline import edges
+from mixlight.data.rooms.outline import cells, edges
 from mixlight.data.rooms.plan import Opening, Plan, Sky, Surface
 from mixlight.data.rooms.plan_json import plain, surface_document
 

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from mixlight.data.rooms.footprints import Outline, millimetres
+from mixlight.data.rooms.building import Building
+from mixlight.data.rooms.footprints import millimetres
 from mixlight.data.rooms.outline import (
     Edge,
     Hole,
+    Outline,
     Rectangle,
     area,
     bounds,
@@ -28,9 +30,6 @@ from mixlight.data.rooms.outline import (
 from mixlight.data.rooms.palette import choose, paint_colour, wood_colour
 from mixlight.data.rooms.plan import Surface
 from mixlight.data.rooms.plan_json import surface_document
-
-if TYPE_CHECKING:
-    from mixlight.data.rooms.layout import Building
 
 __all__ = ["draw_fittings", "free_runs", "strips"]
 

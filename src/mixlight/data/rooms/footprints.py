@@ -6,13 +6,18 @@ import math
 from dataclasses import dataclass
 from random import Random
 
-from mixlight.data.rooms.outline import area, edges
+from mixlight.data.rooms.outline import Outline, area, edges
 from mixlight.data.rooms.palette import choose
-from mixlight.data.rooms.plan import Point2
 
-__all__ = ["DIMENSIONS", "Dimensions", "draw_height", "draw_outline", "pushed", "without_corner"]
-
-Outline = tuple[Point2, ...]
+__all__ = [
+    "DIMENSIONS",
+    "Dimensions",
+    "draw_height",
+    "draw_outline",
+    "millimetres",
+    "pushed",
+    "without_corner",
+]
 
 
 @dataclass(frozen=True)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from dataclasses import replace
 from random import Random
-from typing import Literal
 
+from mixlight.data.rooms.building import Building
+from mixlight.data.rooms.doorways import add_shut_doors, draw_doorway
 from mixlight.data.rooms.fittings import draw_fittings
-from mixlight.data.rooms.footprints import DIMENSIONS, Outline, draw_height, draw_outline, millimetres
-from mixlight.data.rooms.outline import Edge, Rectangle, bounds, edges, holes_of, overlap
-from mixlight.data.rooms.palette import Palette, choose, draw_palette, floor, paint_colour, tiles
+from mixlight.data.rooms.footprints import DIMENSIONS, draw_height, draw_outline, millimetres
+from mixlight.data.rooms.outline import Edge, Outline, bounds, edges
+from mixlight.data.rooms.palette import choose, floor, paint_colour, tiles
 from mixlight.data.rooms.plan import Opening, Space, Surface
 from mixlight.data.rooms.plan_json import surface_document
+from mixlight.data.rooms.scheme import draw_palette
 from mixlight.data.rooms.window_plan import add_partition, draw_windows
 
-__all__ = ["KIND_SHARES", "Building", "draw_building"]
+__all__ = ["KIND_SHARES", "draw_building"]
 
 KIND_SHARES: tuple[tuple[str, float], ...] = (
     ("living", 0.24),
@@ -55,80 +56,6 @@ _NEIGHBOUR_COUNT: dict[str, tuple[float, ...]] = {
 
 _COMMON_COUNT = (0.4, 0.42, 0.18)
 
-_OPEN_PLAN: dict[frozenset[str], float] = {
-    frozenset({"living", "kitchen"}): 0.7,
-    frozenset({"living"}): 0.9,
-    frozenset({"hall"}): 0.9,
-    frozenset({"shop"}): 0.8,
-    frozenset({"hall", "living"}): 0.7,
-    frozenset({"living", "corridor"}): 0.3,
-    frozenset({"hall", "corridor"}): 0.5,
-    frozenset({"office"}): 0.35,
-    frozenset({"workshop"}): 0.6,
-}
-"""Probability that two kinds are joined by a passage without a door."""
-
-
-@dataclass
-class Building:
-    """A building while it is drawn."""
-
-    palette: Palette
-    outer: float
-    """Thickness of the outer walls."""
-    head: float
-    """Height of the windows' upper edge over the floor."""
-    spaces: list[Space] = field(default_factory=list)
-    openings: list[Opening] = field(default_factory=list)
-
-    def free(self, space: int, edge: int, start: float, end: float, gap: float = 0.08) -> bool:
-        """Whether a piece of a wall is inside the edge and has no opening yet."""
-        length = edges(self.spaces[space].outline)[edge].length
-        if start < gap - 1e-9 or end > length - gap + 1e-9:
-            return False
-        return all(
-            end + gap <= hole.start or start - gap >= hole.end
-            for hole in holes_of(self.spaces, self.openings, space)
-            if hole.edge == edge
-        )
-
-    def clear(self, rectangle: Rectangle, *, gap: float = 0.0) -> bool:
-        """Whether no space comes into a rectangle, or nearer to it than `gap`."""
-        return not any(_meets(space.outline, rectangle, gap) for space in self.spaces)
-
-    def outdoors(self, space: int, edge: int, start: float, end: float, reach: float = 2.0) -> bool:
-        """Whether there is open air behind a piece of a wall."""
-        e = edges(self.spaces[space].outline)[edge]
-        # From the wall's outer face on; all walls that stand there or beside are as thick as this one.
-        return self.clear(e.rectangle(start, end, -reach, -self.outer - 0.002), gap=self.outer)
-
-
-def _meets(outline: Outline, rectangle: Rectangle, gap: float) -> bool:
-    if not overlap(bounds(outline), rectangle, gap):
-        return False
-    x0, y0, x1, y1 = rectangle
-    grown = (x0 - gap, y0 - gap, x1 + gap, y1 + gap)
-    return any(overlap(cell, grown) for cell in cells(outline))
-
-
-def cells(outline: Outline) -> list[Rectangle]:
-    """An outline as rectangles that do not overlap, one for each step of its corners' y.
-
-    >>> cells(((0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)))
-    [(0, 0, 4, 2), (0, 2, 2, 4)]
-    """
-    ys = sorted({y for _, y in outline})
-    result = []
-    for low, high in pairwise(ys):
-        middle = (low + high) / 2
-        crossings = sorted(
-            a[0]
-            for a, b in zip(outline, (*outline[1:], outline[0]), strict=True)
-            if min(a[1], b[1]) < middle < max(a[1], b[1])
-        )
-        result += [(x0, low, x1, high) for x0, x1 in zip(crossings[::2], crossings[1::2], strict=True)]
-    return result
-
 
 def draw_building(rng: Random, kind: str | None = None) -> Building:
     """Spaces and openings of a plan; the main space is of `kind`, or of any.
@@ -150,7 +77,7 @@ def draw_building(rng: Random, kind: str | None = None) -> Building:
     for space in range(len(building.spaces)):
         draw_windows(rng, building, space)
     for space in range(len(building.spaces)):
-        _shut_doors(rng, building, space)
+        add_shut_doors(rng, building, space)
     for space in range(len(building.spaces)):
         draw_fittings(rng, building, space)
     return building
@@ -257,69 +184,3 @@ def _behind(
             if building.clear((x0, y0, x1, y1), gap=gap - 0.002):
                 return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
     return None
-
-
-def draw_doorway(
-    rng: Random, building: Building, here: str, there: str
-) -> tuple[float, float, float, dict[str, object], Literal["door", "passage"]]:
-    """Width, top, depth, details and kind of the opening between two spaces."""
-    depth = millimetres(rng.uniform(0.09, 0.24))
-    if rng.random() < _OPEN_PLAN.get(frozenset({here, there}), 0.08):
-        width = rng.uniform(0.95, 1.6) if rng.random() < 0.5 else rng.uniform(1.6, 4.2)
-        top = rng.choice([2.05, 2.15, 2.3, 2.5, 9.0])  # the last: up to a lintel under the ceiling
-        return width, top, depth, {"lining": rng.random() < 0.3, **_lining(building)}, "passage"
-    width, details = door_details(rng, building, here)
-    details["angle"] = round(choose(rng, [(rng.uniform(1.2, 1.57), 3.0), (rng.uniform(0.15, 1.2), 2.0)]), 3)
-    return width, rng.choice([1.98, 2.01, 2.05, 2.1]), depth, details, "door"
-
-
-def _lining(building: Building) -> dict[str, object]:
-    return {"frame": surface_document(building.palette.trim)}
-
-
-def door_details(rng: Random, building: Building, here: str) -> tuple[float, dict[str, object]]:
-    """Width and details of a door."""
-    wide = here in ("hall", "shop", "workshop", "office") and rng.random() < 0.3
-    width = millimetres(rng.uniform(1.3, 1.9) if wide else rng.uniform(0.68, 0.95))
-    style = choose(rng, [("panel", 4.0), ("flush", 3.5), ("glazed", 1.5 if here != "bathroom" else 0.1)])
-    details: dict[str, object] = {
-        "frame": surface_document(building.palette.trim),
-        "leaf": surface_document(building.palette.door),
-        "metal": surface_document(building.palette.metal),
-        "style": style,
-        "leaves": 2 if wide else 1,
-        "hinge": rng.choice(["start", "end"]),
-        "into": rng.random() < 0.5,
-        "angle": 0.0,
-    }
-    return width, details
-
-
-def _shut_doors(rng: Random, building: Building, space: int) -> None:
-    """Every room can be entered: a shut door where there is no other way, sometimes one more."""
-    here = building.spaces[space]
-    ways = [h for h in holes_of(building.spaces, building.openings, space) if h.opening.kind != "window"]
-    wanted = (0 if ways else 1) + choose(rng, [(0, 7.5), (1, 2.0), (2, 0.5)])
-    if here.kind == "corridor":
-        wanted += rng.randint(0, 3)
-    order = [i for i in range(len(here.outline)) for _ in range(3)]
-    rng.shuffle(order)
-    for edge_index in order:
-        if wanted <= 0:
-            return
-        width, details = door_details(rng, building, here.kind)
-        length = edges(here.outline)[edge_index].length
-        if length < width + 0.3:
-            continue
-        start = rng.choice([0.15, length - width - 0.15, rng.uniform(0.15, length - width - 0.15)])
-        start, end = millimetres(start), millimetres(start + width)
-        # A shut door needs its wall's thickness: no other room may begin right behind it.
-        e = edges(here.outline)[edge_index]
-        if building.free(space, edge_index, start, end, 0.12) and building.clear(
-            e.rectangle(start, end, -0.1, -0.02)
-        ):
-            top = min(rng.choice([1.98, 2.01, 2.05, 2.1]), here.height - 0.15)
-            building.openings.append(
-                Opening("door", space, edge_index, start, end, 0.0, millimetres(top), None, 0.06, details)
-            )
-            wanted -= 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from mixlight.data.rooms.plan import Opening, Plan, Point2, Space
 
@@ -13,9 +14,11 @@ __all__ = [
     "Edge",
     "Hole",
     "Leaf",
+    "Outline",
     "Rectangle",
     "area",
     "bounds",
+    "cells",
     "contains",
     "contains_rectangle",
     "door_sweep",
@@ -27,6 +30,7 @@ __all__ = [
 ]
 
 Outline = tuple[Point2, ...]
+"""Corners of a space, counter-clockwise."""
 Rectangle = tuple[float, float, float, float]
 """x0, y0, x1, y1 in the room frame."""
 
@@ -172,6 +176,25 @@ def overlap(a: Rectangle, b: Rectangle, gap: float = 0.0, *, closed: bool = Fals
         and a[1] < b[3] + gap - _SAME
         and b[1] < a[3] + gap - _SAME
     )
+
+
+def cells(outline: Outline) -> list[Rectangle]:
+    """An outline as rectangles that do not overlap, one for each step of its corners' y.
+
+    >>> cells(((0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)))
+    [(0, 0, 4, 2), (0, 2, 2, 4)]
+    """
+    ys = sorted({y for _, y in outline})
+    result = []
+    for low, high in pairwise(ys):
+        middle = (low + high) / 2
+        crossings = sorted(
+            a[0]
+            for a, b in zip(outline, (*outline[1:], outline[0]), strict=True)
+            if min(a[1], b[1]) < middle < max(a[1], b[1])
+        )
+        result += [(x0, low, x1, high) for x0, x1 in zip(crossings[::2], crossings[1::2], strict=True)]
+    return result
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a room's faces are made of: calm paint, floors, ceilings, wood, fabrics.
+"""What things are made of: calm paint, floors, tiles, wood, fabrics.
 
 Colours are linear reflectances as real things have them: white wall paint .6 to .82 (fresh paint has .85, a
 lived-in wall less), beige .45 to .65, oak floors .1 to .3, carpets .05 to .35.
@@ -7,21 +7,22 @@ lived-in wall less), beige .45 to .65, oak floors .1 to .3, carpets .05 to .35.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from random import Random
 from typing import TypeVar
 
 from mixlight.data.rooms.plan import Colour, Surface
 
 __all__ = [
-    "Palette",
     "choose",
-    "draw_palette",
     "fabric",
     "floor",
+    "jittered",
     "paint_colour",
     "reflectance",
+    "shaded",
     "tiles",
+    "with_reflectance",
     "wood_colour",
 ]
 
@@ -62,16 +63,23 @@ def reflectance(colour: Colour) -> float:
     return 0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2]
 
 
-def _shade(colour: Colour, factor: float) -> Colour:
+def shaded(colour: Colour, factor: float) -> Colour:
+    """A colour made darker or lighter; its channels stay between .015 and .88, as those of real things do."""
     r, g, b = (round(min(max(c * factor, 0.015), 0.88), 4) for c in colour)
     return r, g, b
 
 
-def _to(colour: Colour, luminous: float) -> Colour:
-    return _shade(colour, luminous / reflectance(colour))
+def with_reflectance(colour: Colour, luminous: float) -> Colour:
+    """A tint as a colour of this luminous reflectance.
+
+    >>> with_reflectance((1.0, 0.9, 0.75), 0.5)
+    (0.5489, 0.494, 0.4117)
+    """
+    return shaded(colour, luminous / reflectance(colour))
 
 
-def _jitter(rng: Random, colour: Colour, amount: float = 0.04) -> Colour:
+def jittered(rng: Random, colour: Colour, amount: float = 0.04) -> Colour:
+    """A colour with each channel changed by at most `amount` of itself."""
     r, g, b = (c * (1 + rng.uniform(-amount, amount)) for c in colour)
     return r, g, b
 
@@ -79,7 +87,7 @@ def _jitter(rng: Random, colour: Colour, amount: float = 0.04) -> Colour:
 def wood_colour(rng: Random) -> Colour:
     """The mean colour of a wood."""
     colour = choose(rng, [(colour, weight) for _, colour, weight in WOODS])
-    return _shade(_jitter(rng, colour, 0.06), rng.uniform(0.8, 1.2))
+    return shaded(jittered(rng, colour, 0.06), rng.uniform(0.8, 1.2))
 
 
 def paint_colour(rng: Random, *, calm: float = CALM) -> Colour:
@@ -90,12 +98,12 @@ def paint_colour(rng: Random, *, calm: float = CALM) -> Colour:
             tint = choose(
                 rng, [((1.0, 0.975, 0.925), 3.0), ((1.0, 0.995, 0.98), 2.0), ((0.97, 0.99, 1.0), 1.0)]
             )
-            return _to(_jitter(rng, tint, 0.012), rng.uniform(0.58, 0.8))
+            return with_reflectance(jittered(rng, tint, 0.012), rng.uniform(0.58, 0.8))
         if tone == "beige":
             tint = choose(rng, [((1.0, 0.9, 0.75), 2.0), ((1.0, 0.87, 0.69), 1.0), ((1.0, 0.92, 0.83), 1.5)])
-            return _to(_jitter(rng, tint, 0.02), rng.uniform(0.4, 0.66))
+            return with_reflectance(jittered(rng, tint, 0.02), rng.uniform(0.4, 0.66))
         tint = choose(rng, [((1.0, 0.98, 0.95), 1.5), ((0.95, 0.98, 1.0), 1.0)])
-        return _to(_jitter(rng, tint, 0.015), rng.uniform(0.25, 0.58))
+        return with_reflectance(jittered(rng, tint, 0.015), rng.uniform(0.25, 0.58))
     tint, low, high = choose(
         rng,
         [
@@ -110,7 +118,7 @@ def paint_colour(rng: Random, *, calm: float = CALM) -> Colour:
             (((1.0, 0.35, 0.42), 0.05, 0.15), 0.5),  # wine
         ],
     )
-    return _to(_jitter(rng, tint, 0.06), rng.uniform(low, high))
+    return with_reflectance(jittered(rng, tint, 0.06), rng.uniform(low, high))
 
 
 def tiles(rng: Random, *, wall: bool) -> Surface:
@@ -140,8 +148,10 @@ def tiles(rng: Random, *, wall: bool) -> Surface:
             ],
         )
         scale = rng.choice([0.67, 1.0, 1.0, 1.5, 2.0])
-    colour = _to(_jitter(rng, tint, 0.03), rng.uniform(low, high))
-    grout = _to((1.0, 0.96, 0.9), min(max(reflectance(colour) * rng.choice([0.5, 0.7, 1.3]), 0.06), 0.6))
+    colour = with_reflectance(jittered(rng, tint, 0.03), rng.uniform(low, high))
+    grout = with_reflectance(
+        (1.0, 0.96, 0.9), min(max(reflectance(colour) * rng.choice([0.5, 0.7, 1.3]), 0.06), 0.6)
+    )
     return Surface(
         "tile",
         colour,
@@ -167,7 +177,7 @@ def fabric(rng: Random, *, transmission: float = 0.0) -> Surface:
             (((1.0, 0.95, 0.9), 0.03, 0.1), 1.0),
         ],
     )
-    colour = _to(_jitter(rng, tint, 0.05), rng.uniform(low, high))
+    colour = with_reflectance(jittered(rng, tint, 0.05), rng.uniform(low, high))
     kind = "translucent" if transmission > 0 else "fabric"
     return Surface(
         kind,
@@ -217,7 +227,7 @@ def floor(rng: Random, kind: str) -> Surface:
         return Surface(
             "planks",
             colour,
-            second=_shade(colour, rng.uniform(0.5, 0.85)),
+            second=shaded(colour, rng.uniform(0.5, 0.85)),
             roughness=round(rng.uniform(0.22, 0.6), 3),
             scale=round(rng.uniform(0.8, 1.8) if made_of == "planks" else rng.uniform(0.4, 0.65), 3),
             bump=0.1,
@@ -235,123 +245,17 @@ def floor(rng: Random, kind: str) -> Surface:
                 (((0.6, 1.0, 0.7), 0.05, 0.15), 0.6),
             ],
         )
-        colour = _to(_jitter(rng, tint, 0.04), rng.uniform(low, high))
+        colour = with_reflectance(jittered(rng, tint, 0.04), rng.uniform(low, high))
         return Surface(
-            "carpet", colour, second=_shade(colour, 0.7), roughness=1.0, bump=0.5, turn=turn, seed=seed
+            "carpet", colour, second=shaded(colour, 0.7), roughness=1.0, bump=0.5, turn=turn, seed=seed
         )
     if made_of == "tile":
         return replace(tiles(rng, wall=False), turn=rng.choice([0.0, 0.0, 0.0, 0.7853982]))
     if made_of == "stone":
         tint = choose(rng, [((1.0, 0.95, 0.86), 2.0), ((0.98, 1.0, 1.0), 1.5), ((1.0, 0.85, 0.7), 0.8)])
-        colour = _to(tint, rng.choice([rng.uniform(0.2, 0.42), rng.uniform(0.04, 0.18)]))
+        colour = with_reflectance(tint, rng.choice([rng.uniform(0.2, 0.42), rng.uniform(0.04, 0.18)]))
         return Surface(
-            "stone", colour, second=_shade(colour, 0.6), roughness=round(rng.uniform(0.1, 0.4), 3), seed=seed
+            "stone", colour, second=shaded(colour, 0.6), roughness=round(rng.uniform(0.1, 0.4), 3), seed=seed
         )
-    colour = _to((1.0, 0.98, 0.94), rng.uniform(0.09, 0.28))
+    colour = with_reflectance((1.0, 0.98, 0.94), rng.uniform(0.09, 0.28))
     return Surface("concrete", colour, roughness=round(rng.uniform(0.35, 0.85), 3), bump=0.15, seed=seed)
-
-
-@dataclass(frozen=True)
-class Palette:
-    """The surfaces that a building shares."""
-
-    wall: Surface
-    accent: Surface | None
-    """For one wall of the main space."""
-    ceiling: Surface
-    floor: Surface
-    skirting: Surface | None
-    frame: Surface
-    """Of windows."""
-    door: Surface
-    trim: Surface
-    """Of door frames and wall panels."""
-    metal: Surface
-    """Of handles, rods and radiators."""
-
-
-def _wall(rng: Random, kind: str, colour: Colour) -> Surface:
-    seed = rng.randrange(10_000)
-    rough = round(rng.uniform(0.55, 0.95), 3)
-    raw = {"workshop": 0.4, "shop": 0.15, "hall": 0.12, "office": 0.08, "empty": 0.1}.get(kind, 0.03)
-    if rng.random() < raw:
-        if rng.random() < 0.5:
-            tint = choose(rng, [((1.0, 0.44, 0.26), 3.0), ((1.0, 0.98, 0.95), 2.0), ((1.0, 0.7, 0.45), 1.0)])
-            high = 0.6 if tint[1] > 0.9 else 0.24
-            return Surface(
-                "brick",
-                _to(_jitter(rng, tint), rng.uniform(0.12, high)),
-                (0.34, 0.31, 0.27),
-                0.9,
-                bump=0.6,
-                seed=seed,
-            )
-        return Surface(
-            "concrete", _to((1.0, 0.98, 0.95), rng.uniform(0.18, 0.42)), None, 0.85, bump=0.2, seed=seed
-        )
-    homely = kind in ("living", "bedroom", "hall", "corridor")
-    if homely and rng.random() < 0.09:
-        return Surface(
-            "wallpaper",
-            colour,
-            _shade(colour, rng.choice([0.6, 0.8, 0.88, 1.12])),
-            0.8,
-            scale=round(rng.uniform(0.6, 2.0), 2),
-            seed=seed,
-        )
-    if rng.random() < 0.12:
-        return Surface(
-            "plaster", colour, _shade(colour, 0.9), rough, bump=round(rng.uniform(0.1, 0.4), 2), seed=seed
-        )
-    return Surface("paint", colour, None, rough, bump=0.05, seed=seed)
-
-
-def draw_palette(rng: Random, kind: str) -> Palette:
-    """The surfaces of a plan whose main space is of this kind."""
-    colour = paint_colour(rng)
-    wall = _wall(rng, kind, colour)
-    accent = None
-    if rng.random() < 0.2:
-        if rng.random() < 0.25:
-            accent = Surface(
-                "planks", wood_colour(rng), roughness=0.5, bump=0.1, turn=rng.choice([0.0, 1.5707963])
-            )
-        else:
-            accent = _wall(rng, kind, paint_colour(rng, calm=0.35))
-    white = _to((1.0, 0.985, 0.955), rng.uniform(0.62, 0.82))
-    ceiling = Surface("paint", white, None, 0.95, seed=rng.randrange(10_000))
-    if kind in ("workshop", "shop") and rng.random() < 0.35:
-        ceiling = Surface("concrete", _to((1.0, 0.98, 0.95), rng.uniform(0.08, 0.4)), None, 0.9, bump=0.2)
-    elif kind in ("living", "hall", "bedroom", "kitchen") and rng.random() < 0.06:
-        ceiling = Surface("planks", wood_colour(rng), roughness=0.6, scale=rng.uniform(0.8, 1.3), bump=0.15)
-    trim_colour = choose(rng, [(white, 3.0), (wood_colour(rng), 1.2), (_to((1, 0.97, 0.93), 0.3), 0.4)])
-    trim = Surface(
-        "paint" if trim_colour == white else "wood", trim_colour, roughness=round(rng.uniform(0.25, 0.5), 3)
-    )
-    skirting = trim if kind not in ("workshop",) and rng.random() < 0.85 else None
-    frame = choose(
-        rng,
-        [
-            (Surface("paint", _to((1.0, 0.99, 0.98), rng.uniform(0.6, 0.8)), roughness=0.35), 5.0),
-            (Surface("wood", wood_colour(rng), roughness=0.45), 1.8),
-            (Surface("metal", (0.05, 0.05, 0.052), roughness=0.45, metallic=0.4), 1.6),
-            (Surface("metal", (0.45, 0.45, 0.45), roughness=0.4, metallic=0.8), 1.2),
-        ],
-    )
-    door = choose(
-        rng,
-        [
-            (Surface("paint", _shade(white, rng.uniform(0.9, 1.0)), roughness=0.4), 4.0),
-            (Surface("wood", wood_colour(rng), roughness=0.45, bump=0.1), 3.5),
-            (Surface("paint", paint_colour(rng, calm=0.5), roughness=0.4), 1.0),
-        ],
-    )
-    metal = choose(
-        rng,
-        [
-            (Surface("metal", (0.55, 0.55, 0.54), roughness=0.3, metallic=1.0), 3.0),
-            (Surface("metal", (0.5, 0.36, 0.14), roughness=0.3, metallic=1.0), 1.0),
-            (Surface("metal", (0.04, 0.04, 0.04), roughness=0.5, metallic=0.5), 1.2),
-        ],
-    )
-    return Palette(wall, accent, ceiling, floor(rng, kind), skirting, frame, door, trim, metal)

@@ -8,9 +8,8 @@ from typing import Any
 from mixlight.data.rooms.builder import Builder
 from mixlight.data.rooms.built_in import add_built_in
 from mixlight.data.rooms.doors import add_doors
-from mixlight.data.rooms.layout import cells
 from mixlight.data.rooms.mesh import Part
-from mixlight.data.rooms.outline import Edge, Hole, edges, holes
+from mixlight.data.rooms.outline import Edge, Hole, cells, edges, holes
 from mixlight.data.rooms.plan import Plan, Space, Surface
 from mixlight.data.rooms.plan_json import read_surface
 
