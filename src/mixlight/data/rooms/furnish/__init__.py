@@ -48,7 +48,7 @@ def furnish(plan: Plan, rng: Random, catalogue: Catalogue | None = None) -> Plan
     for space in range(len(plan.spaces)):
         here = Random(rng.getrandbits(64))  # so that one space does not hang on what was drawn for another
         room = Room(plan, space, here, draw_style(here), catalogue, items)
-        room.density = here.lognormvariate(0.0, 0.4) if room.main else 0.45
+        room.density = 1.6 * here.lognormvariate(0.0, 0.45) if room.main else 0.6
         if room.kind == "empty":
             room.density *= 0.4
         _RULES[room.kind](room)

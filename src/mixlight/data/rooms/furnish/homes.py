@@ -195,10 +195,10 @@ def bedroom(room: Room) -> None:
             room.before("bench", bed, 0.03, facing=False)
     for kind, often in (
         ("wardrobe", 0.9),
-        ("dresser", 0.65),
+        ("dresser", 0.75),
         ("wardrobe", 0.25),
-        ("shelf", 0.4),
-        ("low_shelf", 0.3),
+        ("shelf", 0.55),
+        ("low_shelf", 0.45),
         ("cabinet", 0.2),
         ("clothes_rack", 0.2),
     ):
@@ -206,15 +206,15 @@ def bedroom(room: Room) -> None:
             placed = room.against(kind, corner=0.5, tries=20)
             if placed is not None and kind == "dresser" and room.chance(0.5):
                 room.above("mirror", placed, placed.item.size[2] + 0.12, width=1.2)
-    if room.chance(0.4):
+    if room.chance(0.55):
         work_place(room, chair="chair")
     for kind, often in (
-        ("armchair", 0.3),
+        ("armchair", 0.45),
         ("plant", 0.5),
-        ("hamper", 0.45),
+        ("hamper", 0.6),
         ("chair", 0.3),
         ("toy", 0.2),
-        ("basket", 0.3),
+        ("basket", 0.5),
         ("ottoman", 0.2),
         ("sports", 0.06),
         ("fan", 0.12),

@@ -123,8 +123,9 @@ def crumpled(rng: Random, width: float, depth: float, height: float, *, steps: i
     for i in range(6):
         kx, ky = rng.uniform(-5, 5), rng.uniform(-5, 5)
         noise += np.sin(kx * x * (1 + i * 0.5) + ky * y * (1 + i * 0.5) + rng.uniform(0, 6)) / (1 + i * 0.6)
-    z = body * (0.62 + 0.16 * noise)
-    z = np.clip(z / max(float(z.max()), 1e-6), 0.0, 1.0)
+    z = body * (0.7 + 0.12 * noise)
+    z = np.tanh(1.6 * z / max(float(z.max()), 1e-6)) / math.tanh(1.6)  # heaps are flat on top
+    z = np.clip(z, 0.0, 1.0)
     squash = np.where(radius > 0, np.maximum(np.abs(x), np.abs(y)) / np.maximum(np.hypot(x, y), 1e-9), 1.0)
     points = np.stack(
         (x * edge * squash * width / 2, y * edge * squash * depth / 2, 0.004 + z * (height - 0.004)), -1
@@ -197,7 +198,7 @@ def _draw_laundry(rng: Random, style: Style) -> Item:
     wide = rng.uniform(0.4, 0.8)
     cloths = [_cloth(rng, style) for _ in range(4)]
     return draft(
-        (wide, wide * rng.uniform(0.7, 1.0), rng.uniform(0.14, 0.3)), cloths, seed=rng.randrange(1 << 20)
+        (wide, wide * rng.uniform(0.7, 1.0), rng.uniform(0.1, 0.2)), cloths, seed=rng.randrange(1 << 20)
     )
 
 
@@ -262,7 +263,7 @@ def _towel_rail(item: Item) -> list[Part]:
         for j, (at, high) in enumerate(line):
             points[:, j, 1] = at + 0.006 * math.sin(j) * np.sin(columns * 40) * (high < z - 0.05)
             points[:, j, 2] = high
-        bodies.add(1, shapes.sheet(points))
+        bodies.add(1, shapes.sheet(points[::-1]))
     return bodies.parts()
 
 

@@ -274,7 +274,7 @@ def clothes_on_hangers(
             front = np.stack((x + thick / 2 + bulge + wave[i], y + ys, zs), -1)
             back = np.stack((x + thick / 2 - bulge + wave[i], y + ys, zs), -1)[::-1]
             rows.append(np.concatenate((front, back)))
-        bodies.add(colour, shapes.loft(np.stack(rows[::-1]), caps=False))
+        bodies.add(colour, shapes.loft(np.stack(rows[::-1]), caps=True))
         x += thick + rng.uniform(0.0, 0.03)
 
 

@@ -78,7 +78,7 @@ def _keyboard(item: Item) -> list[Part]:
             b = x0 + 0.008 + i * step
             bodies.box(1, (b, a, 0.014), (b + step - 0.003, a + (2 * y - 0.016) / 5 - 0.003, 0.021))
     ball = shapes.sphere(0.5, segments=14, rings=8)
-    bodies.put(0, ball, shapes.placement((width / 2 - 0.04, 0.0, 0.01), 0.1, (0.062, 0.105, 0.038)))
+    bodies.put(0, ball, shapes.placement((width / 2 - 0.04, 0.0, 0.019), 0.1, (0.062, 0.105, 0.038)))
     return bodies.parts()
 
 

@@ -135,7 +135,7 @@ def _draw_clock(rng: Random, style: Style) -> Item:
     across = rng.uniform(0.22, 0.38)
     return draft(
         (across, 0.045, across),
-        (_frame(rng, style), rng.choice([style.paper, style.paper, style.dark_metal]), style.dark_metal),
+        (_frame(rng, style), *rng.choice([(style.paper, style.dark_metal), (style.dark_metal, style.paper)])),
         hour=round(rng.uniform(0, 6.28), 2),
         minute=round(rng.uniform(0, 6.28), 2),
     )
@@ -269,7 +269,8 @@ def _hooks(item: Item) -> list[Part]:
     x, y = width / 2, depth / 2
     bodies.box(0, (-x, y - 0.022, height - 0.12), (x, y, height))
     places = max(3, int(width / 0.16))
-    ats = [-x + (i + 0.5) * width / places for i in range(places)]
+    inner = width - 0.3  # a coat is wider than its hook
+    ats = [-inner / 2 + i * inner / (places - 1) for i in range(places)]
     for at in ats:
         bodies.add(
             1,

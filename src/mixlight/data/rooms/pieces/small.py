@@ -626,7 +626,6 @@ def _toy(item: Item) -> list[Part]:
                 shapes.box((-side / 2, -side / 2, 0), (side / 2, side / 2, tall)),
                 shapes.placement((x, y, 0), rng.uniform(0, 6)),
             )
-    bodies.box(0, (-width * 0.1, -depth * 0.1, 0.0), (width * 0.1, depth * 0.1, height))
     return bodies.parts()
 
 
@@ -804,7 +803,7 @@ def _bag(item: Item) -> list[Part]:
     bodies.add(
         0,
         shapes.rounded_box(
-            (-x + 0.02, -y + 0.02, 0.0),
+            (-x + 0.02, -y + 0.02, 0.012),
             (x - 0.02, y - 0.02, tall),
             min(0.06, depth * 0.3),
             puff=0.02,

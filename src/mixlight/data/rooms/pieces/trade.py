@@ -313,19 +313,9 @@ def _lying_tool(item: Item) -> list[Part]:
             ),
         )
     else:  # the tool that hangs, laid on its side
-        hung = Bodies(item)
-        top = {"hammer": 0.0, "saw": 0.0}.get(what, 0.0)
-        _tool(hung, Random(0), what, 0.0, top, 0.0, 1, 0)
+        _tool(bodies, Random(0), what, 0.0, 0.0, 0.0, 1, 0)
         flat = shapes.rotation("x", -math.pi / 2)
-        for part in hung.parts():
-            mesh = shapes.transform(part.mesh, flat)
-            centre = (mesh.vertices.min(0) + mesh.vertices.max(0)) / 2
-            bodies.put(
-                item.surfaces.index(part.material),
-                mesh,
-                shapes.placement((-centre[0], -centre[1], -mesh.vertices[:, 2].min())),
-            )
-        return _lifted(bodies.parts())
+        return _lifted([shapes.move(part, flat) for part in bodies.parts()])
     return bodies.parts()
 
 

@@ -29,8 +29,10 @@ def draw_kitchen(rng: Random, style: Style, width: float, *, sink: bool = True, 
     at, end = -width / 2, width / 2
     places: dict[str, float] = {}
     widths = []
-    while at < end - 0.25:
-        step = min(rng.choice([0.4, 0.5, 0.6, 0.6, 0.8]), end - at)
+    while at < end - 0.01:
+        step = rng.choice([0.4, 0.5, 0.6, 0.6, 0.8])
+        if end - at - step < 0.3:  # the last unit takes what is left
+            step = end - at
         widths.append((at, at + step))
         at += step
     wide = [i for i, (a, b) in enumerate(widths) if b - a >= 0.5]
@@ -382,7 +384,7 @@ def _toilet(item: Item) -> list[Part]:
         )
     else:
         lid = shapes.lathe(
-            np.array([(0.62, 0.025), (0.62, 0.0), (1.0, 0.0), (0.98, 0.025), (0.62, 0.025)])[1:],
+            np.array([(0.62, 0.0), (1.0, 0.0), (0.98, 0.025), (0.62, 0.025), (0.62, 0.0)]),
             segments=28,
             caps=False,
         )
@@ -390,8 +392,8 @@ def _toilet(item: Item) -> list[Part]:
         bodies.put(0, up, shapes.placement((0, y - tank - 0.025, seat + 0.02)))
         bodies.put(
             0,
-            shapes.lathe(np.array([(0.0, -0.1), (0.5, -0.06), (0.64, 0.02)]), segments=28, caps=False),
-            shapes.placement((0, middle, seat), 0, (-x, long / 2, 1)),
+            shapes.lathe(np.array([(0.64, 0.02), (0.5, -0.06), (0.0, -0.1)]), segments=28, caps=False),
+            shapes.placement((0, middle, seat), 0, (x, long / 2, 1)),
         )
     bodies.put(0, lid, shapes.placement((0, middle, seat - 0.012), 0, (x * 0.97, long / 2, 1)))
     return bodies.parts()
