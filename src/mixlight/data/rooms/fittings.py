@@ -27,7 +27,7 @@ from mixlight.data.rooms.outline import (
     edges,
     holes_of,
 )
-from mixlight.data.rooms.palette import choose, paint_colour, wood_colour
+from mixlight.data.rooms.palette import UPRIGHT, choose, paint_colour, wood_colour
 from mixlight.data.rooms.plan import Surface
 from mixlight.data.rooms.plan_json import surface_document
 
@@ -215,13 +215,14 @@ def _panels(
         bottom, top, surface, on = 0.22, rng.choice([0.95, height - 0.25]), None, list(range(count))
     elif style == "boards":
         bottom, top, on = 0.0, rng.uniform(0.85, 1.35), list(range(count))
-        surface = trim if rng.random() < 0.6 else Surface("wood", wood_colour(rng), roughness=0.5, bump=0.1)
+        wood = Surface("wood", wood_colour(rng), roughness=0.5, bump=0.1, turn=UPRIGHT)
+        surface = trim if rng.random() < 0.6 else wood
         details["rails"] = [
             {"z": millimetres(top), "height": 0.03, "depth": 0.035, "surface": surface_document(surface)}
         ]
     else:
         bottom, top, on = 0.0, height, [rng.randrange(count)]
-        surface = Surface("wood", wood_colour(rng), roughness=0.55, bump=0.1, turn=1.5707963)
+        surface = Surface("wood", wood_colour(rng), roughness=0.55, bump=0.1, turn=UPRIGHT)
     details["panels"] = {
         "style": style,
         "bottom": bottom,

@@ -14,6 +14,7 @@ from typing import TypeVar
 from mixlight.data.rooms.plan import Colour, Surface
 
 __all__ = [
+    "UPRIGHT",
     "choose",
     "fabric",
     "floor",
@@ -40,6 +41,9 @@ WOODS: tuple[tuple[str, Colour, float], ...] = (
     ("whitewashed", (0.44, 0.385, 0.32), 1.0),
 )
 """Name, mean colour, how common."""
+
+UPRIGHT = 1.5707963
+"""Turn of a pattern whose grain runs up a wall."""
 
 CALM = 0.75
 """Share of walls that are white, grey or beige."""
@@ -221,7 +225,7 @@ def floor(rng: Random, kind: str) -> Surface:
     """A floor for a space of this kind; reflectance .03 to .5, mostly .1 to .35."""
     made_of = choose(rng, _FLOORS[kind])
     seed = rng.randrange(10_000)
-    turn = rng.choice([0.0, 1.5707963])
+    turn = rng.choice([0.0, UPRIGHT])
     if made_of in ("planks", "parquet"):
         colour = wood_colour(rng)
         return Surface(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from random import Random
 
 from mixlight.data.rooms.palette import (
+    UPRIGHT,
     choose,
     floor,
     jittered,
@@ -87,7 +88,7 @@ def draw_palette(rng: Random, kind: str) -> Palette:
     if rng.random() < 0.2:
         if rng.random() < 0.25:
             accent = Surface(
-                "planks", wood_colour(rng), roughness=0.5, bump=0.1, turn=rng.choice([0.0, 1.5707963])
+                "planks", wood_colour(rng), roughness=0.5, bump=0.1, turn=rng.choice([0.0, UPRIGHT])
             )
         else:
             accent = _wall(rng, kind, paint_colour(rng, calm=0.35))
@@ -122,7 +123,7 @@ def draw_palette(rng: Random, kind: str) -> Palette:
         rng,
         [
             (Surface("paint", shaded(white, rng.uniform(0.9, 1.0)), roughness=0.4), 4.0),
-            (Surface("wood", wood_colour(rng), roughness=0.45, bump=0.1), 3.5),
+            (Surface("wood", wood_colour(rng), roughness=0.45, bump=0.1, turn=UPRIGHT), 3.5),
             (Surface("paint", paint_colour(rng, calm=0.5), roughness=0.4), 1.0),
         ],
     )
