@@ -92,6 +92,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where the results go; one protocol and renderer a folder (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
+        "--fresh", action="store_true", help="score everything anew, whatever DIR/scores.jsonl holds"
+    )
+    parser.add_argument(
         "--photos", type=Path, metavar="DIR",
         help="only write the protocol's photos to this folder, for other systems to predict from",
     )  # fmt: skip
@@ -149,6 +152,8 @@ def _evaluate(
             )
         total = len(records) * protocol.azimuths * len(methods)
         with tqdm(total=total, unit="score", disable=None, desc=f"protocol {protocol.letter}") as bar:
+            if arguments.fresh:
+                (out / LOG).unlink(missing_ok=True)
             log = ScoreLog(out / LOG)
             outcome = score_all(protocol, records, methods, log, renderer, bar.update)
     except (ValueError, OSError, RuntimeError, ImportError) as error:
