@@ -146,9 +146,12 @@ def test_commands_can_be_parsed(page: Path) -> None:
 @page
 def test_options_exist(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
     known = ""
-    for verb in ("", *cli.VERBS):
+    actions = [
+        [verb, action] for verb, module in cli.VERBS.items() for action in getattr(module, "ACTIONS", ())
+    ]
+    for words in ([], *([verb] for verb in cli.VERBS), *actions):
         with pytest.raises(SystemExit):
-            cli.parser().parse_args([verb, "--help"] if verb else ["--help"])
+            cli.parser().parse_args([*words, "--help"])
         known += capsys.readouterr().out
     if page.name == "CONTRIBUTING.md":
         return  # speaks of other programs' options
