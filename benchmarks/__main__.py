@@ -1,4 +1,4 @@
-"""Prints the table of benchmarks as Markdown: `python -m benchmarks [a b c d e]`."""
+"""Prints the table of benchmarks as Markdown: `python -m benchmarks [a b c d e f]`."""
 
 import importlib.metadata
 import platform
@@ -6,9 +6,9 @@ import sys
 
 import torch
 
-from benchmarks import cold_start, estimate, fit, slsparsemax, training_step
+from benchmarks import cold_start, estimate, fit, slsparsemax, spheres, training_step
 
-ROWS = {"a": estimate, "b": cold_start, "c": slsparsemax, "d": fit, "e": training_step}
+ROWS = {"a": estimate, "b": cold_start, "c": slsparsemax, "d": fit, "e": training_step, "f": spheres}
 
 
 def main(wanted: list[str]) -> None:

@@ -277,7 +277,7 @@ def accuracy() -> str:
     rows = []
     for name, entry in measured["tables"]["indoor"].items():
         cells = [f"{entry[cell]['median']:.3f} ({entry[cell]['mean']:.3f})" for cell in CELLS]
-        rows.append([METHOD_NAMES[name], *cells])
+        rows.append([METHOD_NAMES.get(name, name), *cells])
     about = (
         f"Protocol M, {found['split']} split: {count['photos']} photos of {count['panoramas']} indoor "
         "panoramas that were neither trained on nor chosen by. Errors of three spheres, linear, in the "
@@ -313,7 +313,7 @@ def evaluation(letter: str, category: str) -> Callable[[], str]:
                     continue
                 low, high = values["mean_95"]
                 shown.append(f"{values['mean']:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})")
-            rows.append([METHOD_NAMES[name], *shown])
+            rows.append([METHOD_NAMES.get(name, name), *shown])
         count = measured["counts"][category]
         units = [describe(cell) for cell in cells]
         heads = [f"{unit.title} [{unit.unit}]" if unit.unit else unit.title for unit in units]
@@ -334,7 +334,7 @@ def evaluation_ratios() -> str:
     for category in ("indoor", "outdoor"):
         for name, cells in found["protocols"]["M"]["ratios"][category].items():
             if not name.startswith("oracle") and name != "mixlight+detail":
-                rows.append([f"{category}: {METHOD_NAMES[name]}", *_ratios(cells)])
+                rows.append([f"{category}: {METHOD_NAMES.get(name, name)}", *_ratios(cells)])
     return _table(("MixLight's error / error of", *CELL_NAMES), rows)
 
 
@@ -352,6 +352,52 @@ def evaluation_basis() -> str:
 
 def _evaluation() -> Json:
     path = RESULTS / "evaluation.json"
+    found: Json = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return found
+
+
+def sphere_accuracy() -> str:
+    """The exact spheres against Cycles, percent of the mean."""
+    found = _sphere_accuracy()
+    rows = []
+    for scene, entry in found.get("scenes", {}).items():
+        for name, cells in entry["spheres"].items():
+            numbers = [f"{cells[key]:.2f} %" for key in ("error", "worst_error", "noise")]
+            rows.append([f"{scene}: {name}", *numbers, f"{cells['mean_ratio']:.4f}"])
+    head = ("scene and sphere", "error", "worst map", "noise of the reference", "our mean / Cycles' mean")
+    return _table(head, rows) if rows else ""
+
+
+def sphere_mitsuba() -> str:
+    """Means against Mitsuba's."""
+    found = _sphere_accuracy().get("mitsuba", {})
+    rows = []
+    for camera in ("orthographic", "perspective"):
+        if camera in found:
+            means = [sum(values) / len(values) for values in found[camera].values()]
+            rows.append([camera, *(f"{mean:.4f}" for mean in means)])
+    return _table(("our mean / Mitsuba's mean", *SPHERES), rows) if rows else ""
+
+
+def sphere_basis() -> str:
+    """What the comparison of the spheres ran on."""
+    found = _sphere_accuracy()
+    if not found:
+        return ""
+    scenes = "; ".join(
+        f"{scene}: {entry['pixels']} pixels, {entry['samples']} samples in {len(found['seeds'])} seeds"
+        for scene, entry in found["scenes"].items()
+    )
+    blender = next(iter(found["scenes"].values()))["blender"]
+    return (
+        f"Made by `experiments/sphere_accuracy.py` on {len(found['panoramas'])} panoramas; {scenes}; "
+        f"Blender {blender}, Mitsuba {found['mitsuba']['version']}; commit `{found['commit']}`; "
+        f"{found['machine']}.\n"
+    )
+
+
+def _sphere_accuracy() -> Json:
+    path = RESULTS / "sphere_accuracy.json"
     found: Json = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
     return found
 
@@ -619,6 +665,9 @@ TABLES: Mapping[str, Callable[[], str]] = {
     },
     "evaluation-ratios": evaluation_ratios,
     "evaluation-basis": evaluation_basis,
+    "sphere-accuracy": sphere_accuracy,
+    "sphere-mitsuba": sphere_mitsuba,
+    "sphere-basis": sphere_basis,
     "basis": basis,
     "facts": facts,
     "separation": separation,

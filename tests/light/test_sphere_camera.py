@@ -105,6 +105,25 @@ class TestReference:
             assert inside.min() > -1e-9
             assert inside.max() < 1 + 1e-9
 
+    def test_rim_step(self):
+        """Neighbours in a rim pixel are no farther apart than asked; inner pixels stay as they are."""
+        camera = SphereCamera.orthographic(16)
+        fine, coarse = (picture_samples(camera, 2, rim_step=step) for step in (0.005, math.inf))
+        for samples in (fine, coarse):
+            totals = torch.zeros(int(samples.mask.sum()), dtype=F64)
+            totals.index_add_(0, samples.pixel, samples.weight)
+            torch.testing.assert_close(totals, torch.ones_like(totals), **EXACT)
+        widest = 0.0
+        for pixel in fine.pixel.unique():
+            here = fine.pixel == pixel
+            count = int(here.sum())
+            if count == int((coarse.pixel == pixel).sum()) and count < 40:
+                continue
+            angles = torch.acos(fine.normals[here, 2]).sort().values
+            widest = max(widest, float(angles.diff().max()))
+        assert 0.001 < widest < 0.0051
+        assert len(coarse.normals) < len(fine.normals)
+
     def test_cropped_and_scaled(self):
         """The pixels of the cut picture are those of the whole; a scaled one has the same mean normal."""
         whole = protocol_s(96, 54)
@@ -142,6 +161,8 @@ class TestBadInput:
         with pytest.raises(ValueError, match="keeps 960 x 540 pixels whole"):
             protocol_s(960, 540).scaled(0.31)
 
-    def test_supersample(self):
+    def test_sampling(self):
+        with pytest.raises(ValueError, match="rim_step above 0, got 0"):
+            picture_samples(SphereCamera.orthographic(4), rim_step=0)
         with pytest.raises(ValueError, match="supersample of at least 1, got 0"):
             picture_samples(SphereCamera.orthographic(4), 0)

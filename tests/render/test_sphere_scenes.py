@@ -112,13 +112,15 @@ class TestInterpolation:
 
 
 class TestCache:
+    PLAIN = (MATERIALS[0], PRINCIPLED[2], MATERIALS[2])
+
     def make(self, folder: Path, **changes: object) -> SphereRenderer:
         camera = SphereCamera.perspective((3, 1, 2), 1, 1, 6, 4)
-        options = {"height": 8, "materials": (*PRINCIPLED, MATERIALS[2]), "camera": camera} | changes
+        options = {"height": 64, "materials": self.PLAIN, "camera": camera} | changes
         return SphereRenderer(**options, cache=folder)  # type: ignore[arg-type]
 
     def test_the_same_tables(self, tmp_path, monkeypatch):
-        environment = room(1, height=8)
+        environment = room(1)
         built = self.make(tmp_path / "a" / "b").render(environment)
         (file,) = (tmp_path / "a" / "b").iterdir()
         monkeypatch.setattr(SphereRenderer, "_build", None)  # nothing is built any more
@@ -127,17 +129,18 @@ class TestCache:
         assert not kept.state_dict()
 
     def test_mirrors_alone(self, tmp_path):
-        environment = room(1, height=8)
+        environment = room(1)
         built, kept = (self.make(tmp_path, materials=PRINCIPLED[2:]).render(environment) for _ in range(2))
         torch.testing.assert_close(kept, built, rtol=0, atol=0)
 
     @pytest.mark.parametrize(
         "changes",
         [
-            {"height": 16},
+            {"height": 32},
             {"interpolation": "linear"},
-            {"materials": PRINCIPLED},
-            {"materials": (Material("diffuse", "diffuse", 0.5), *PRINCIPLED[1:], MATERIALS[2])},
+            {"rim_step": 0.01},
+            {"materials": PLAIN[:2]},
+            {"materials": (Material("diffuse", "diffuse", 0.5), *PLAIN[1:])},
             {"camera": SphereCamera.perspective((3, 1, 2.1), 1, 1, 6, 4)},
         ],
     )
@@ -153,11 +156,11 @@ class TestCache:
         assert len(list(tmp_path.iterdir())) == 2
 
     def test_a_broken_file_is_made_anew(self, tmp_path):
-        built = self.make(tmp_path).render(room(1, height=8))
+        built = self.make(tmp_path).render(room(1))
         (file,) = tmp_path.iterdir()
         whole = file.read_bytes()
         file.write_bytes(whole[: len(whole) // 2])
-        again = self.make(tmp_path).render(room(1, height=8))
+        again = self.make(tmp_path).render(room(1))
         torch.testing.assert_close(again, built, rtol=0, atol=0)
         assert file.read_bytes() == whole
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
@@ -37,6 +38,10 @@ Scene = Literal["M", "S"]
 """Camera, materials and picture size: protocol M's orthographic set, or protocol S's perspective one."""
 
 SCENES: tuple[Scene, ...] = ("M", "S")
+
+
+_RIM_STEP_S = math.radians(0.35)
+"""Half a texel of a map of 128x256, as a mirror sees it."""
 
 
 @runtime_checkable
@@ -77,6 +82,8 @@ class SphereScene:
     """Of the diffuse, the matte and the mirror sphere."""
     interpolation: Interpolation
     """What a map is between its texels' centres."""
+    rim_step: float
+    """Largest step between the exact renderer's samples in a mirror's rim pixels, in radians."""
 
 
 def scene_of(scene: Scene) -> SphereScene:
@@ -93,10 +100,10 @@ def scene_of(scene: Scene) -> SphereScene:
     ((540, 960), 282)
     """
     if scene == "M":
-        return SphereScene(SphereCamera.orthographic(64), (64, 64), MATERIALS, "constant")
+        return SphereScene(SphereCamera.orthographic(64), (64, 64), MATERIALS, "constant", math.inf)
     if scene == "S":
         camera = SphereCamera.perspective((16.0, 2.0, 0.0), 85.0, 36.0, 960, 540)
-        return SphereScene(camera.cropped(), (540, 960), PRINCIPLED, "linear")
+        return SphereScene(camera.cropped(), (540, 960), PRINCIPLED, "linear", _RIM_STEP_S)
     raise ValueError(f"expected a scene out of {', '.join(SCENES)}, got {scene!r}")
 
 
@@ -175,6 +182,7 @@ def matrix(scene: Scene, *, cache: Path | None = None) -> Renderer:
         camera=found.camera,
         materials=found.materials,
         interpolation=found.interpolation,
+        rim_step=found.rim_step,
         cache=cache_folder("spheres") if cache is None else cache,
     )
     return SceneRenderer(spheres, found.frame)

@@ -80,6 +80,7 @@ def picture_samples(
     supersample: int = 1,
     *,
     rim: bool = True,
+    rim_step: float = math.inf,
     dtype: torch.dtype = torch.float64,
     device: torch.device | str | None = None,
 ) -> SphereSamples:
@@ -94,11 +95,13 @@ def picture_samples(
         camera: Where from, and the size of the picture; it may be smaller than the sphere.
         supersample: Samples per inner pixel and axis, at least 1.
         rim: Whether rim pixels are sampled by angle.
+        rim_step: Largest step between a rim pixel's samples in the angle of incidence, in radians; what shows
+            small lights sharply (a mirror) wants half a texel of its map, and sees by twice the step.
         dtype: Floating type of the result; computed in float64.
         device: Device of the result.
 
     Raises:
-        ValueError: If `supersample` is below 1.
+        ValueError: If `supersample` is below 1, or `rim_step` not above 0.
 
     >>> samples = picture_samples(SphereCamera.perspective((16, 2, 0), 85, 36, 96, 54), rim=False)
     >>> samples.mask.shape, samples.mask.sum().item()
@@ -106,6 +109,8 @@ def picture_samples(
     """
     if supersample < 1:
         raise ValueError(f"expected a supersample of at least 1, got {supersample}")
+    if not rim_step > 0:
+        raise ValueError(f"expected a rim_step above 0, got {rim_step}")
     # Exactly symmetric, and exactly 0 in the middle, which a linspace is not.
     across, down = (
         (2 * torch.arange(size + 1, dtype=torch.float64) - size) / (2 * camera.radius)
@@ -120,9 +125,16 @@ def picture_samples(
 
     parts = [_grid_samples(box[~polar], supersample, camera)]
     numbers = [(~polar).nonzero()]
-    if bool(polar.any()):
-        parts.append(_rim_samples(box[polar], max(10, supersample), max(4, supersample), camera))
-        numbers.append(polar.nonzero())
+    angles, spanned = max(10, supersample), _span(box, camera)
+    coarse = polar
+    while bool(coarse.any()):
+        # Pixels that this many angles do for; the others get twice as many.
+        wide = coarse & (spanned > angles * rim_step)
+        now = coarse & ~wide
+        if bool(now.any()):
+            parts.append(_rim_samples(box[now], angles, max(4, supersample), camera))
+            numbers.append(now.nonzero())
+        coarse, angles = wide, 2 * angles
     normals = torch.cat([part[0].flatten(0, 1) for part in parts])
     weight = torch.cat([part[1].flatten() for part in parts])
     pixel = torch.cat(
@@ -158,6 +170,13 @@ def _grid_samples(box: Tensor, count: int, camera: SphereCamera) -> tuple[Tensor
         scale = lean.sin() / place.clamp(min=1e-12)
         x, y, z = x * scale, y * scale, lean.cos()
     return torch.stack((x, y, z), -1), weight / weight.sum(1, keepdim=True)
+
+
+def _span(box: Tensor, camera: SphereCamera) -> Tensor:
+    """Range of the angle of incidence in boxes that cross no axis."""
+    near, far = (pick(box.reshape(-1, 2, 2).abs(), -1) for pick in (torch.amin, torch.amax))
+    inner, outer = (camera.incidence_at(place.norm(dim=-1).clamp(max=1)) for place in (near, far))
+    return outer - inner
 
 
 def _rim_samples(box: Tensor, angles: int, azimuths: int, camera: SphereCamera) -> tuple[Tensor, Tensor]:

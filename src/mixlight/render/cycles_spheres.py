@@ -168,7 +168,7 @@ def render(
 
     Returns:
         The mean radiance over the covered part of each pixel, 0 where nothing is covered, and a report:
-        Blender's `version`, and `seconds` of each picture.
+        Blender's `version`, and `seconds` and `processor_seconds` (of all threads) of each picture.
 
     Raises:
         BlenderMissing: There is no Blender.

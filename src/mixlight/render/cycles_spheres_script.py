@@ -26,18 +26,19 @@ def main(folder):
     texture = world(scene)
     wear = sphere(scene)
     materials = [material(values) for values in job["materials"]]
-    pictures, seconds = [], []
+    pictures, seconds, processor = [], [], []
     for values in np.load(folder / "maps.npy"):
         texture.image = panorama(values)
         for made in materials:
             wear.inputs["Material"].default_value = made
-            start = time.perf_counter()
+            start = time.perf_counter(), time.process_time()
             pictures.append(render(scene, folder / "picture.exr"))
-            seconds.append(time.perf_counter() - start)
+            seconds.append(time.perf_counter() - start[0])
+            processor.append(time.process_time() - start[1])
         bpy.data.images.remove(texture.image)
     stacked = np.stack(pictures)
     np.save(folder / "pictures.npy", stacked.reshape(-1, len(materials), *stacked.shape[1:]))
-    report = {"version": bpy.app.version_string, "seconds": seconds}
+    report = {"version": bpy.app.version_string, "seconds": seconds, "processor_seconds": processor}
     (folder / "report.json").write_text(json.dumps(report))
 
 

@@ -69,6 +69,7 @@ class SphereRenderer(nn.Module):
         *,
         camera: SphereCamera | None = None,
         interpolation: Interpolation = "constant",
+        rim_step: float = math.inf,
         cache: Path | None = None,
     ) -> None:
         """Build the tables, or take those that were built before.
@@ -81,6 +82,8 @@ class SphereRenderer(nn.Module):
             camera: Who looks, and the size of the picture; from afar if not given.
             interpolation: What a map is between its texels' centres for diffuse and rough materials. Mirrors
                 always read it bilinearly.
+            rim_step: Largest step between a mirror's samples in its rim pixels, in radians of the angle of
+                incidence (`picture_samples`). Not limited in protocol M.
             cache: Folder where tables are kept between runs (`mixlight.image.cache.cache_folder`); nothing is
                 kept if not given.
 
@@ -93,13 +96,14 @@ class SphereRenderer(nn.Module):
         self.camera = SphereCamera.orthographic(resolution) if camera is None else camera
         self.height = height
         self.materials = tuple(materials)
-        path = None if cache is None else cache / f"{self._key(interpolation)}.safetensors"
+        key = self._key(interpolation, rim_step)
+        path = None if cache is None else cache / f"{key}.safetensors"
         if path is None or not self._load(path):
-            self._build(interpolation)
+            self._build(interpolation, rim_step)
             if path is not None:
                 self._save(path)
 
-    def _build(self, interpolation: Interpolation) -> None:
+    def _build(self, interpolation: Interpolation, rim_step: float) -> None:
         """Make the tables."""
         camera = self.camera
         across = round(2 * camera.radius)
@@ -109,7 +113,8 @@ class SphereRenderer(nn.Module):
         self.rings = RingTransport(glossy, samples, self.height, interpolation) if glossy else None
         mirrors = {i: material for i, material in enumerate(self.materials) if material.is_mirror}
         if mirrors:
-            samples = picture_samples(camera, _per_pixel(_MIRROR_SAMPLES_ACROSS, across))
+            per_pixel = _per_pixel(_MIRROR_SAMPLES_ACROSS, across)
+            samples = picture_samples(camera, per_pixel, rim_step=rim_step)
             views = camera.views(samples.normals)
             index, weight = mirror_taps(reflect(samples.normals, views), self.height)
             weight = weight * samples.weight[:, None]
@@ -123,9 +128,9 @@ class SphereRenderer(nn.Module):
             if any(material.kind == "mirror" for material in mirrors.values()):
                 self.register_buffer("mirror_weight", weight.flatten().float(), persistent=False)
 
-    def _key(self, interpolation: Interpolation) -> str:
+    def _key(self, interpolation: Interpolation, rim_step: float) -> str:
         """Name of the tables in a cache: everything that they depend on, the code included."""
-        said = repr((self.camera, self.height, self.materials, interpolation, _MIRROR_SAMPLES_ACROSS))
+        said = repr((self.camera, self.height, self.materials, interpolation, rim_step))
         return hashlib.sha256(said.encode() + _code_digest()).hexdigest()[:40]
 
     def _save(self, path: Path) -> None:
