@@ -656,6 +656,83 @@ def _ratio(entry: Json) -> str:
     return f"{entry['ratio']:.3f} ({low:.3f}–{high:.3f})"
 
 
+def ablation(name: str, kind: str, part: str = "whole") -> Callable[[], str]:
+    """A table of an ablation's results: `medians`, `ratios` or `basis`."""
+
+    def made() -> str:
+        from mixlight.evaluation import ablation_report
+
+        result = _ablation(name)
+        if result is None:
+            return ""
+        if kind == "basis":
+            return ablation_report.basis(result) + "\n"
+        return str(getattr(ablation_report, kind)(result, part))
+
+    return made
+
+
+def confirmed() -> str:
+    """What each of the paper's comparisons comes to here: the other's error over MixLight's, cell by cell."""
+    from mixlight.evaluation.ablation_report import decided
+
+    rows = []
+    for experiment, variant, label in CONFIRM:
+        result = _ablation(experiment)
+        if result is None:
+            return ""
+        cells = result["variants"][variant]["parts"]["whole"]
+        entries = []
+        for cell in CELLS:
+            found, side = cells["ratio_to_reference"][cell], decided(cells, cell)
+            low, high = found["interval_95"]
+            word = {1: "yes", -1: "**no**", 0: "open"}[side]
+            entries.append(f"{word}: {found['ratio']:.2f} ({low:.2f}–{high:.2f})")
+        rows.append([label, *entries])
+    return _table(("MixLight is better than", *CELL_NAMES), rows)
+
+
+CONFIRM = (
+    ("baselines", "Gardner19, tuned", "Gardner19 (its paper's Table 1)"),
+    ("baselines", "EMLight, tuned", "EMLight, regression stage (Table 1)"),
+    ("combinations", "SGG (9 SG + 128 SG)", "SGG (Table 2)"),
+    ("combinations", "SHH (SH2 + SH6)", "SHH (Table 2)"),
+    ("combinations", "SGH (9 SG + SH6)", "SGH (Table 2)"),
+    ("sparse", "sparsemax", "sparsemax instead of SLSparsemax (Table 3)"),
+    ("sparse", "softmax", "no sparse layer: softmax (Table 3)"),
+    ("sparse", "none", "no sparse layer: clamped scores (Table 3)"),
+)
+"""Experiment and variant of each comparison of the paper, and how the table calls it."""
+
+
+def claims() -> str:
+    """The baselines' own claims, and what our data says of them."""
+    from mixlight.evaluation.baselines import BASELINES, verdict
+
+    rows = []
+    for baseline in BASELINES.values():
+        for claim in baseline.claims:
+            result = _ablation(claim.experiment)
+            if result is None:
+                return ""
+            found = [verdict(result, claim, cell) for cell in claim.cells]
+            words = ", ".join(
+                f"{found.count(word)} {word}"
+                for word in ("confirmed", "open", "contradicted")
+                if word in found
+            )
+            rows.append([baseline.title, claim.says, f"`{claim.experiment}`", words])
+    return _table(("paper", "claim", "experiment", "of four errors (diffuse and matte)"), rows)
+
+
+def _ablation(name: str) -> Json | None:
+    file = RESULTS / "ablations" / f"{name}.json"
+    if not file.is_file():
+        return None
+    found: Json = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
     **{
@@ -686,6 +763,29 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "onnx-basis": onnx_basis,
     "insertion": insertion,
     "insertion-basis": insertion_basis,
+    "confirmed": confirmed,
+    "claims": claims,
+    **{
+        f"ablation-{name.replace('_', '-')}-{kind}": ablation(name, kind)
+        for name in (
+            "representation",
+            "combinations",
+            "sparse",
+            "losses",
+            "baselines",
+            "counts",
+            "counts_anchors",
+            "tuning_mixlight",
+            "tuning_gardner19",
+            "tuning_emlight",
+        )
+        for kind in ("medians", "ratios", "basis")
+    },
+    **{
+        f"ablation-{name}-{part}": ablation(name, "medians", part)
+        for name in ("representation", "combinations")
+        for part in ("ambient", "sources")
+    },
 }
 
 

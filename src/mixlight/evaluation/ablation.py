@@ -210,6 +210,12 @@ def _result(
             row["numbers"] = variant.representation.numbers
         for part in experiment.parts:
             row["parts"][part] = _part(part, runs, done[experiment.reference], bench.groups)
+            if experiment.keep_views:
+                row["parts"][part]["views"] = {
+                    cell: [float(f"{value:.4g}") for value in values]
+                    for cell, values in _typical(runs, part).items()
+                    if cell.endswith("_geometric")
+                }
         table[variant.name] = row
     return {
         "question": experiment.question,

@@ -52,6 +52,8 @@ class Experiment:
     parts: tuple[Part, ...] = ("whole",)
     """What lights the spheres: the whole light, or its ambient part or its sources alone, against the same
     part of the truth."""
+    keep_views: bool = False
+    """Whether the results hold the errors of every view, for figures."""
     config: str = ""
     """Training config that variants override (level `network`), relative to the file."""
     seeds: tuple[int, ...] = (0, 1, 2)

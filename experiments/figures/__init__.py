@@ -1,0 +1,1 @@
+"""The figures of docs/evaluation.md, one command each; each writes a PNG and a PDF."""
