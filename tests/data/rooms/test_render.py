@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+import mixlight
 from mixlight.data.panoramas import read_radiance, read_table
 from mixlight.data.rooms import render
 from mixlight.data.rooms.catalogue import Catalogue, Entry
@@ -73,7 +74,7 @@ def test_a_set_is_what_training_reads(run: Run, tmp_path: Path) -> None:
     }
     assert room.camera == 1
     assert room.plan == plain_plan(8, 2)
-    assert room.document["render"]["blender"] == "stand-in"
+    assert room.document["versions"] == {"mixlight": mixlight.__version__, "blender": "stand-in"}
     assert room.document["seconds"]["render"] == room.document["core_seconds"]["render"] == 1.0
     with (tmp_path / "set" / "rooms.csv").open() as lines:
         assert next(csv.reader(lines)) == ["scene", "file", "seed", "split", "category", "group"]
@@ -196,6 +197,18 @@ def test_a_full_disk_ends_it_and_keeps_what_is_done(
     assert len(read_table(tmp_path / "set" / "rooms.csv")) == 2
 
 
+def test_a_quota_ends_it_as_a_full_disk_does(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, *_: Any, **__: Any) -> None:
+        raise OSError(122, "Disk quota exceeded", str(path))
+
+    monkeypatch.setattr(render, "write_camera", full)
+    with pytest.raises(RenderError, match=r"camera-0\.exr: expected room on the disk, found none"):
+        run(range(9))
+    assert seeds_of(tmp_path / "set") == []
+
+
 def test_an_interrupt_leaves_nothing_half_done(run: Run, tmp_path: Path) -> None:
     def interrupt(outcome: Outcome) -> None:
         raise KeyboardInterrupt
@@ -211,6 +224,16 @@ def test_an_interrupt_leaves_nothing_half_done(run: Run, tmp_path: Path) -> None
 def test_no_blender(tmp_path: Path) -> None:
     with pytest.raises(RenderError, match="expected a program that runs"):
         render_rooms([0], tmp_path / "set", SMALL, blender=tmp_path / "none", script=STAND_IN)
+
+
+def test_rooms_of_another_version_do_not_join_a_set(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run([0])
+    monkeypatch.setattr(render, "__version__", "9.0.0")
+    with pytest.raises(SetError, match=r"made with mixlight .*, expected 9\.0\.0; make them alike, or give"):
+        run([1])
+    assert seeds_of(tmp_path / "set") == [0]
 
 
 @pytest.mark.parametrize(

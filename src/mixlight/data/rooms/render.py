@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import queue
@@ -16,6 +17,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from mixlight import __version__
 from mixlight.blender.program import BlenderError, BlenderMissing, BlenderTimeout
 from mixlight.blender.session import Session
 from mixlight.data.rooms.catalogue import Catalogue
@@ -37,8 +39,9 @@ _LOG = logging.getLogger(__name__)
 _IN_A_ROW = 6
 """Failures one after the other, of rooms with nothing in common, after which it is not the rooms' fault."""
 
-_LITTLE = 32 << 20
-"""Bytes left on a disk at which what fails is taken to fail for want of them."""
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_LITTLE = 256 << 20
+"""Bytes left on a disk at which what fails is taken to fail for want of them; about a raw picture."""
 
 
 class RenderError(RuntimeError):
@@ -63,6 +66,7 @@ class Rooms:
         """What decides, beside its seed, how a room comes out."""
         library = None if self.catalogue is None else self.catalogue.origin
         return {
+            "mixlight": __version__,
             **asdict(self.settings),
             "cameras": self.cameras,
             "library": library,
@@ -300,7 +304,8 @@ class _Worker(threading.Thread):
                 document = room_document(
                     ready.plan,
                     files,
-                    render=asdict(crew.rooms.settings) | {"blender": answer["blender"]},
+                    render=asdict(crew.rooms.settings),
+                    versions={"mixlight": __version__, "blender": answer["blender"]},
                     seconds=_rounded(seconds),
                     core_seconds=_rounded(answer["core_seconds"]),
                 )
@@ -314,18 +319,17 @@ class _Worker(threading.Thread):
 
     def _fail(self, seed: int, error: Exception) -> None:
         """A bad room is reported; a full disk ends everything, as no room would fare better."""
-        for folder in (self._crew.store.folder, self._crew.scratch):
-            if _is_full(folder):
-                raise RenderError(
-                    f"{folder}: expected room on the disk, found none; the rooms that are done are kept"
-                ) from error
+        places = (self._crew.store.folder, self._crew.scratch)
+        full = next((folder for folder in places if shutil.disk_usage(folder).free < _LITTLE), None)
+        if full is None and isinstance(error, OSError) and error.errno in _FULL:
+            full = error.filename  # a quota, perhaps
+        if full is not None:
+            raise RenderError(
+                f"{full}: expected room on the disk, found none; the rooms that are done are kept"
+            ) from error
         _LOG.info("room %d failed", seed, exc_info=error)
         known = isinstance(error, ValueError | OSError | BlenderError)
         self._crew.put(Outcome(seed, str(error) if known else f"{type(error).__name__}: {error}"))
-
-
-def _is_full(folder: Path) -> bool:
-    return shutil.disk_usage(folder).free < _LITTLE
 
 
 def _rounded(seconds: dict[str, float]) -> dict[str, float]:

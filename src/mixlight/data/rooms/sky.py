@@ -26,6 +26,10 @@ LUMENS_PER_UNIT = 683.0
 TURNS = 64
 """Skies are turned by whole parts of a turn, which roll their columns exactly."""
 
+_SUN_ANGLE = 0.02
+"""Angular diameter in radians, twice the sun's. A panorama lit by the sun's own disc alone would be 180,000 times
+as bright there as on average, beyond half floats; from this disc it is 40,000 times."""
+
 
 def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> Sky:
     """Draws the time of day and what is outside.
@@ -72,6 +76,7 @@ def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ())
         sun_direction=None if sun is None else _turned(sun, turn),
         sun_illuminance=sun_illuminance,
         sun_temperature=temperature,
+        sun_angle=_SUN_ANGLE,
         seed=rng.randrange(2**31),
         cloud=cloud,
     )
