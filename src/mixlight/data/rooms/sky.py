@@ -27,8 +27,8 @@ TURNS = 64
 """Skies are turned by whole parts of a turn, which roll their columns exactly."""
 
 _SUN_ANGLE = 0.02
-"""Angular diameter in radians, twice the sun's. A panorama lit by the sun's own disc alone would be 180,000 times
-as bright there as on average, beyond half floats; from this disc it is 40,000 times."""
+"""Angular diameter in radians, twice the sun's. A panorama lit by the sun's own disc alone would be 180,000
+times as bright there as on average, beyond half floats; from this disc it is 40,000 times."""
 
 
 def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> Sky:
