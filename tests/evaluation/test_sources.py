@@ -7,7 +7,13 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mixlight.evaluation.sources import find_sources, light_cells, match_angle, strongest_angle
+from mixlight.evaluation.sources import (
+    count_sources,
+    find_sources,
+    light_cells,
+    match_angle,
+    strongest_angle,
+)
 from mixlight.light.regions import Region
 from mixlight.sphere import equirect
 from tests.synthetic import room
@@ -95,3 +101,13 @@ def test_a_black_prediction_has_no_energy_ratio() -> None:
     assert math.isnan(cells["energy_log2"])
     assert cells["sources"] == 0
     assert cells["strongest_angle_deg"] == 90
+
+
+def test_faint_regions_are_found_and_not_counted() -> None:
+    """Two windows of 9 parts of the energy each, and two candles of one: the windows are 90 %."""
+    lights = [((1, 0, 0), 9.0), ((-1, 0, 0), 9.0), ((0, 0, 1), 1.0), ((0, 0, -1), 1.0)]
+    found = find_sources(1e-6 + sum(lamp(place, 8, value) for place, value in lights))
+    assert len(found) == 2  # the candles are less than a fifth of the light, so the search ends
+    assert count_sources(found) == 2
+    even = [Region(r.mask, r.direction, torch.ones(3), r.solid_angle) for r in found * 10]
+    assert count_sources(even) == 18

@@ -13,7 +13,16 @@ from mixlight.light.regions import Region, bright_regions
 from mixlight.light.separate import luminance
 from mixlight.sphere import equirect
 
-__all__ = ["RATIO", "TOP", "UNINFORMED", "find_sources", "light_cells", "match_angle", "strongest_angle"]
+__all__ = [
+    "RATIO",
+    "TOP",
+    "UNINFORMED",
+    "count_sources",
+    "find_sources",
+    "light_cells",
+    "match_angle",
+    "strongest_angle",
+]
 
 RATIO = 0.3
 """A source reaches down to this share of its peak's luminance."""
@@ -23,6 +32,9 @@ TOP = 5
 
 UNINFORMED = math.pi / 2
 """What a map without any source scores as an angle: the mean angle between random directions."""
+
+COUNTED = 0.9
+"""Share of the sources' energy that the counted ones hold together."""
 
 _AMBIENT_SHARE = 0.5
 """A region larger than this share of the sphere is ambient light, no source."""
@@ -86,6 +98,28 @@ def match_angle(predicted: Sequence[Region], true: Sequence[Region], top: int = 
     return float((angles.amin(0).sum() + angles.amin(1).sum()) / (2 * k))
 
 
+def count_sources(sources: Sequence[Region]) -> int:
+    """How many of the strongest sources hold nine tenths of the energy of all.
+
+    A search that goes on to ever weaker regions finds as many as it may; what a scene is lit by are few.
+
+    Args:
+        sources: strongest first, as `find_sources` gives them.
+
+    >>> mask, ahead = torch.ones(1, 2).bool(), torch.tensor([0.0, 0.0, -1.0])
+    >>> lamp, candle = (Region(mask, ahead, torch.full((3,), energy), 0.1) for energy in (9.0, 0.1))
+    >>> count_sources([lamp, candle, candle]), count_sources([candle] * 3), count_sources([])
+    (1, 3, 0)
+    """
+    energies = [float(luminance(source.energy)) for source in sources]
+    wanted, held = COUNTED * sum(energies), 0.0
+    for number, energy in enumerate(energies, 1):
+        held += energy
+        if held >= wanted * (1 - 1e-9):
+            return number
+    return 0
+
+
 def light_cells(
     predicted: Float[Tensor, "height width 3"],
     true: Float[Tensor, "height width 3"],
@@ -114,8 +148,8 @@ def light_cells(
         "blob_angle_deg": math.degrees(match_angle(found, theirs)),
         "energy_log2": ratio,
         "energy_off_log2": abs(ratio),
-        "sources": float(len(found)),
-        "true_sources": float(len(theirs)),
+        "sources": float(count_sources(found)),
+        "true_sources": float(count_sources(theirs)),
     }
 
 
