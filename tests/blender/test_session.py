@@ -1,5 +1,7 @@
 """One Blender for many folders; a Python that answers without bpy stands in for it."""
 
+import os
+import signal
 import sys
 import threading
 import time
@@ -49,6 +51,12 @@ def test_one_process_for_many_folders(script: Path, tmp_path: Path) -> None:
     assert answers[0]["arguments"] == ["2"]
 
 
+def test_another_process_takes_over_in_time(script: Path, tmp_path: Path) -> None:
+    with Session(script, blender=sys.executable, renew_after=2) as session:
+        pids = [session.ask(folder(tmp_path, name), 30)["pid"] for name in "abcde"]
+    assert pids[0] == pids[1] != pids[2] == pids[3] != pids[4]
+
+
 def test_names_with_blanks(script: Path, tmp_path: Path) -> None:
     with Session(script, blender=sys.executable) as session:
         assert session.ask(folder(tmp_path, "a room with blanks é"), 30)["ok"]
@@ -86,9 +94,6 @@ def test_stopped_from_another_thread(script: Path, tmp_path: Path) -> None:
 def test_killed_between_folders(script: Path, tmp_path: Path) -> None:
     with Session(script, blender=sys.executable) as session:
         first = session.ask(folder(tmp_path, "a"), 30)
-        import os
-        import signal
-
         os.kill(first["pid"], signal.SIGKILL)
         time.sleep(0.3)
         assert session.ask(folder(tmp_path, "b"), 30)["pid"] != first["pid"]

@@ -38,6 +38,7 @@ class Session:
         script: the Python file to run.
         arguments: texts for the script.
         blender: as for `mixlight.blender.program.run`.
+        renew_after: jobs after which another Blender takes over, as its memory grows from job to job.
     """
 
     def __init__(
@@ -46,10 +47,13 @@ class Session:
         arguments: Sequence[str] = (),
         *,
         blender: str | os.PathLike[str] | None = None,
+        renew_after: int = 50,
     ) -> None:
         self._script = Path(script).absolute()
         self._arguments = list(arguments)
         self._blender = blender
+        self._renew_after = renew_after
+        self._jobs = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._lock = threading.Lock()
         self._stopped = False
@@ -118,8 +122,10 @@ class Session:
         self._log.close()
 
     def _running(self) -> subprocess.Popen[bytes]:
-        if self._process is None or self._process.poll() is not None:
+        worn = self._jobs >= self._renew_after
+        if self._process is None or self._process.poll() is not None or worn:
             self._kill()
+            self._jobs = 0
             self._log.truncate(0)
             self._log.seek(0)
             with self._lock:  # a `stop` comes before the start, and prevents it, or after it, and ends it
@@ -132,6 +138,7 @@ class Session:
                     stdin=subprocess.PIPE,
                     stdout=self._log,
                 )
+        self._jobs += 1
         return self._process
 
     def _kill(self) -> None:
