@@ -110,8 +110,19 @@ def protocol_map(scene: Scene, record: PanoramaRecord) -> Tensor:
 def against_cycles(scene: Scene, maps: list[Tensor], seeds: int, cache: Path) -> dict[str, Any]:
     """Errors of each sphere."""
     setting, found = SETTINGS[scene], scene_of(scene)
-    ours = SphereRenderer(camera=setting.camera, materials=found.materials, interpolation=found.interpolation)
+    ours = SphereRenderer(
+        camera=setting.camera,
+        materials=found.materials,
+        interpolation=found.interpolation,
+        rim_step=found.rim_step,
+    )
     pictures = ours.render(torch.stack(maps))[:, :, ours.mask].double()
+    names = [material.name for material in found.materials]
+    if found.rim_step == math.inf:
+        # Protocol M samples a mirror's rim more coarsely than it could: what that costs.
+        fine = SphereRenderer(camera=setting.camera, materials=found.materials[2:], rim_step=FINE)
+        pictures = torch.cat([pictures, fine.render(torch.stack(maps))[:, :, ours.mask].double()], 1)
+        names.append("mirror, fine rim")
     references = []
     for seed in range(1, seeds + 1):
         cycles = CyclesSpheres(Job(setting.camera, found.materials, setting.samples, seed), cache=cache)

@@ -53,7 +53,7 @@ def test_pictures(version: str, scene: str, tmp_path: Path) -> None:
     assert (error < torch.tensor([0.003, 0.01, 0.01])).all(), error.tolist()
     # A world that is turned or mirrored would be far off.
     wrong = ours.render(environment.flip(1))[:, ours.mask].clamp(max=1)
-    assert (((wrong - a) * (wrong - b)).mean((1, 2)).sqrt() / mean > 0.03).all()
+    assert (((wrong - a) * (wrong - b)).mean((1, 2)).sqrt() / mean > 0.02).all()
 
 
 def test_an_evaluation_by_either_renderer(
@@ -86,7 +86,10 @@ def test_an_evaluation_by_either_renderer(
         (table,) = results["tables"].values()
         cells[renderer] = {name: cell["mean"] for name, cell in table["photo-mean"].items()}
     assert len(list((tmp_path / "cache" / "mixlight" / "cycles").iterdir())) == 2
-    names = [name for name in cells["matrix"] if name.split("_")[0] in ("diffuse", "matte", "mirror")]
-    assert len(names) == 12
-    for name in names:
-        assert cells["blender"][name] == pytest.approx(cells["matrix"][name], rel=0.05), name
+    for name in ("rmse", "si_rmse", "angle_deg", "normalised_rmse"):
+        exact, rendered = (cells[renderer][f"mirror_{name}"] for renderer in ("matrix", "blender"))
+        assert rendered == pytest.approx(exact, rel=0.02), name
+    # The other two are noisy at so few paths, and noise adds up in squares: about .04 of it.
+    for name in ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse", "matte_si_rmse"):
+        exact, rendered = (cells[renderer][name] for renderer in ("matrix", "blender"))
+        assert 0.99 * exact < rendered < math.hypot(exact, 0.07), name
