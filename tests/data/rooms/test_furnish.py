@@ -22,7 +22,7 @@ from mixlight.data.rooms.plan import KINDS as SPACES
 from mixlight.data.rooms.plan import Item, Plan, Sky
 
 SKY = Sky("day", None, 0.0, 10_000.0, (0.75, 0.87, 1.0), None)
-SEEDS = range(20)
+SEEDS = range(10)
 
 LIBRARY = Catalogue(
     Path("furniture.blend"),
@@ -47,7 +47,7 @@ def empty_plan(seed: int, kind: str | None = None) -> Plan:
 def plans() -> list[Plan]:
     kinds = list(SPACES)
     return [
-        furnish(empty_plan(seed, kinds[seed % len(kinds)]), Random(seed), LIBRARY if seed % 3 == 0 else None)
+        furnish(empty_plan(seed, kinds[seed % len(kinds)]), Random(seed), LIBRARY if seed % 2 == 0 else None)
         for seed in SEEDS
     ]
 
@@ -198,7 +198,7 @@ def test_things_stand_where_the_library_says() -> None:
 def test_rooms_of_a_kind_hold_what_makes_them_one(kind: str, least: int, needs: set[str]) -> None:
     """The median room is as full as lived-in rooms are, and most have what their kind is for."""
     counts, fitting = [], 0
-    for seed in range(5):
+    for seed in range(3):
         plan = empty_plan(seed, kind)
         alone = replace(
             plan,
@@ -208,14 +208,17 @@ def test_rooms_of_a_kind_hold_what_makes_them_one(kind: str, least: int, needs: 
         items = furnish(alone, Random(seed)).items
         counts.append(len(items))
         fitting += bool({item.kind for item in items} & needs)
-    assert sorted(counts)[2] >= least, counts
-    assert fitting >= 4
+    assert sorted(counts)[1] >= least, counts
+    assert fitting >= 2
 
 
 def test_a_tidy_and_a_messy_room_differ() -> None:
     """The number of small things varies from room to room."""
-    counts = [len(furnish(empty_plan(3, "living"), Random(seed)).items) for seed in range(8)]
-    assert max(counts) > 1.3 * min(counts)
+    plan = empty_plan(3, "living")
+    counts = [
+        sum(item.supported_by is not None for item in furnish(plan, Random(seed)).items) for seed in range(6)
+    ]
+    assert max(counts) > 1.3 * min(counts), counts
 
 
 def test_every_kind_that_is_used_is_known(plans: list[Plan]) -> None:

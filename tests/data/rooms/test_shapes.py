@@ -34,7 +34,7 @@ def area(mesh: Mesh) -> float:
 
 def edges_match(mesh: Mesh) -> bool:
     """Closed and oriented: every directed edge has its opposite exactly once."""
-    mesh = shapes.weld(mesh, 1e-7)
+    mesh = shapes.weld(mesh)
     edges: dict[tuple[int, int], int] = {}
     for face in mesh.faces.tolist():
         ring = [i for i in face if i >= 0]

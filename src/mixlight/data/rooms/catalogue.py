@@ -262,7 +262,7 @@ class Catalogue:
         name = piece.removeprefix("library:")
         if name not in self._by_name:
             raise CatalogueError(
-                f"expected an object of the library, received {piece!r}: the room was planned with another one"
+                f"expected an object of the library, received {piece!r}: the room is of another library"
             )
         return self._by_name[name]
 

@@ -8,6 +8,7 @@ from random import Random
 
 from mixlight.data.rooms.catalogue import Catalogue
 from mixlight.data.rooms.furnish import clutter, homes, public
+from mixlight.data.rooms.furnish.mixes import MORE
 from mixlight.data.rooms.furnish.room import Room
 from mixlight.data.rooms.pieces import draw_style
 from mixlight.data.rooms.plan import Item, Plan
@@ -32,9 +33,9 @@ _RULES: dict[str, Callable[[Room], object]] = {
 def furnish(plan: Plan, rng: Random, catalogue: Catalogue | None = None) -> Plan:
     """The plan with furniture and small things in every space.
 
-    Things stand on the floor, hang on walls and lie on each other as they do in rooms of that kind; none enters
-    another or a wall, doors can swing, windows are not blocked by what is higher than their sill. How much lies
-    about differs from room to room, from tidy to messy.
+    Things stand on the floor, hang on walls and lie on each other as they do in rooms of that kind; none
+    enters another or a wall, doors can swing, windows are not blocked by what is higher than their sill. How
+    much lies about differs from room to room, from tidy to messy.
 
     Args:
         plan: spaces and openings; items that it already has are kept but not looked at.
@@ -52,6 +53,9 @@ def furnish(plan: Plan, rng: Random, catalogue: Catalogue | None = None) -> Plan
         if room.kind == "empty":
             room.density *= 0.4
         _RULES[room.kind](room)
+        if room.main and room.kind in MORE:
+            kinds, share, free = MORE[room.kind]
+            room.fill(kinds, share * here.uniform(0.6, 1.15), free=free)
         clutter.walls(room)
         clutter.ceilings(room)
         clutter.floors(room)

@@ -130,9 +130,8 @@ class Ground:
             return False
         box = Block.of((near[0], near[1], near[2], near[3]), 0.0, 1.0)
         for x, y in self.outline:  # an inner corner of the walls may stand in the footprint
-            if box.bounds[0] < x < box.bounds[2] and box.bounds[1] < y < box.bounds[3]:
-                if overlaps(box, Block.over((x - 0.005, y - 0.005, x + 0.005, y + 0.005), 0.0, 1.0)):
-                    return False
+            if overlaps(box, Block.over((x - 0.005, y - 0.005, x + 0.005, y + 0.005), 0.0, 1.0)):
+                return False
         return True
 
     def free(self, block: Block, *, ways: bool = True, ignore: Iterable[Block] = ()) -> bool:

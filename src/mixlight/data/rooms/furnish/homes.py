@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from mixlight.data.rooms import pieces
+from mixlight.data.rooms.furnish.mixes import mix
 from mixlight.data.rooms.furnish.room import Placed, Room
 
 __all__ = ["bathroom", "bedroom", "dining", "kitchen", "living", "seating", "work_place"]
@@ -23,32 +24,17 @@ def living(room: Room) -> None:
         dining(room)
     if room.chance(0.35):
         work_place(room)
-    for kind, often in (
-        ("shelf", 0.85),
-        ("sideboard", 0.6),
-        ("display_cabinet", 0.35),
-        ("low_shelf", 0.45),
-        ("dresser", 0.3),
-        ("console", 0.25),
-        ("piano", 0.1),
-        ("shelf", 0.5),
-        ("cabinet", 0.35),
+    for kind, often in mix(
+        "shelf 0.85 sideboard 0.6 display_cabinet 0.35 low_shelf 0.45 dresser 0.3 "
+        "console 0.25 piano 0.1 shelf 0.5 cabinet 0.35"
     ):
         if room.chance(often) and not room.full():
             room.against(kind)
     for _ in range(rng.randint(1, 4)):
         room.against("plant", corner=0.6)
-    for kind, often in (
-        ("armchair", 0.3),
-        ("ottoman", 0.35),
-        ("speaker", 0.25),
-        ("floor_vase", 0.2),
-        ("basket", 0.45),
-        ("bench", 0.15),
-        ("pet", 0.04),
-        ("toy", 0.2),
-        ("fan", 0.1),
-        ("screen_divider", 0.05),
+    for kind, often in mix(
+        "armchair 0.3 ottoman 0.35 speaker 0.25 floor_vase 0.2 basket 0.45 bench 0.15 "
+        "pet 0.04 toy 0.2 fan 0.1 screen_divider 0.05"
     ):
         if room.chance(often) and not room.full():
             (room.free if room.chance(0.35) else room.against)(kind)
@@ -193,14 +179,8 @@ def bedroom(room: Room) -> None:
             room.above(picture, bed, rng.uniform(1.25, 1.5))
         if room.chance(0.2):
             room.before("bench", bed, 0.03, facing=False)
-    for kind, often in (
-        ("wardrobe", 0.9),
-        ("dresser", 0.75),
-        ("wardrobe", 0.25),
-        ("shelf", 0.55),
-        ("low_shelf", 0.45),
-        ("cabinet", 0.2),
-        ("clothes_rack", 0.2),
+    for kind, often in mix(
+        "wardrobe 0.9 dresser 0.75 wardrobe 0.25 shelf 0.55 low_shelf 0.45 cabinet 0.2 clothes_rack 0.2"
     ):
         if room.chance(often) and not room.full(0.55):
             placed = room.against(kind, corner=0.5, tries=20)
@@ -208,16 +188,8 @@ def bedroom(room: Room) -> None:
                 room.above("mirror", placed, placed.item.size[2] + 0.12, width=1.2)
     if room.chance(0.55):
         work_place(room, chair="chair")
-    for kind, often in (
-        ("armchair", 0.45),
-        ("plant", 0.5),
-        ("hamper", 0.6),
-        ("chair", 0.3),
-        ("toy", 0.2),
-        ("basket", 0.5),
-        ("ottoman", 0.2),
-        ("sports", 0.06),
-        ("fan", 0.12),
+    for kind, often in mix(
+        "armchair 0.45 plant 0.5 hamper 0.6 chair 0.3 toy 0.2 basket 0.5 ottoman 0.2 sports 0.06 fan 0.12"
     ):
         if room.chance(often) and not room.full(0.55):
             room.against(kind, corner=0.4)
@@ -269,19 +241,9 @@ def kitchen(room: Room) -> None:
             room.around(island, "bar_stool", share=0.7, ends=False)
     if room.chance(0.8):
         dining(room)
-    for kind, often in (
-        ("washing_machine", 0.25),
-        ("shelf", 0.3),
-        ("display_cabinet", 0.2),
-        ("bin", 0.8),
-        ("plant", 0.35),
-        ("low_shelf", 0.2),
-        ("crate", 0.25),
-        ("stool", 0.3),
-        ("cooker", 0.1),
-        ("pet", 0.03),
-        ("cleaning", 0.3),
-        ("box", 0.3),
+    for kind, often in mix(
+        "washing_machine 0.25 shelf 0.3 display_cabinet 0.2 bin 0.8 plant 0.35 low_shelf 0.2 "
+        "crate 0.25 stool 0.3 cooker 0.1 pet 0.03 cleaning 0.3 box 0.3"
     ):
         if room.chance(often) and not room.full(0.5):
             room.against(kind, corner=0.5)
@@ -290,7 +252,7 @@ def kitchen(room: Room) -> None:
 
 
 def _above_counter(room: Room, counter: Placed) -> None:
-    """Wall cupboards over a row of units, as far as the windows let them, or open shelves; a hood over the hob."""
+    """Wall cupboards or open shelves over a row of units, where windows let them; a hood over the hob."""
     rng = room.rng
     if counter.edge is None:
         return
@@ -342,15 +304,8 @@ def bathroom(room: Room) -> None:
         room.hang("paper_roll", bottom=rng.uniform(0.6, 0.8), tries=4)
         if room.chance(0.7):
             room.beside("cleaning", toilet, rng.choice([-1, 1]), gap=0.08)
-    for kind, often in (
-        ("washing_machine", 0.35),
-        ("hamper", 0.6),
-        ("cabinet", 0.25),
-        ("shelf", 0.25),
-        ("stool", 0.3),
-        ("bin", 0.6),
-        ("plant", 0.25),
-        ("drawer_unit", 0.2),
+    for kind, often in mix(
+        "washing_machine 0.35 hamper 0.6 cabinet 0.25 shelf 0.25 stool 0.3 bin 0.6 plant 0.25 drawer_unit 0.2"
     ):
         if room.chance(often) and not room.full(0.6):
             room.against(kind, corner=0.4, width=0.8)

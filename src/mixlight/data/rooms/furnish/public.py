@@ -6,7 +6,8 @@ import math
 from dataclasses import replace
 
 from mixlight.data.rooms.furnish.homes import at_desk, dining, seating
-from mixlight.data.rooms.furnish.room import Placed, Room
+from mixlight.data.rooms.furnish.mixes import mix
+from mixlight.data.rooms.furnish.room import Room
 from mixlight.data.rooms.plan import Item
 
 __all__ = ["corridor", "empty", "hall", "office", "shop", "workshop"]
@@ -30,13 +31,8 @@ def office(room: Room) -> None:
         seating(room)
     count = 2 + int(room.area / 14)
     room.again("shelf")
-    for kind, often in (
-        ("shelf", 0.75),
-        ("filing_cabinet", 0.6),
-        ("cabinet", 0.5),
-        ("sideboard", 0.35),
-        ("locker", 0.12),
-        ("low_shelf", 0.4),
+    for kind, often in mix(
+        "shelf 0.75 filing_cabinet 0.6 cabinet 0.5 sideboard 0.35 locker 0.12 low_shelf 0.4"
     ):
         for _ in range(rng.randint(1, max(1, count // 2))):
             if room.chance(often) and not room.full(0.45):

@@ -12,6 +12,7 @@ from mixlight.data.rooms import pieces
 from mixlight.data.rooms.catalogue import KINDS, Catalogue
 from mixlight.data.rooms.furnish.ground import Block, Ground, block_of, corners_of, overlaps
 from mixlight.data.rooms.furnish.tops import Top, tops_of
+from mixlight.data.rooms.palette import choose
 from mixlight.data.rooms.pieces import Style
 from mixlight.data.rooms.plan import Item, Plan, Point2, Surface
 
@@ -280,7 +281,7 @@ class Room:
         level: bool = True,
         **limits: Any,
     ) -> Placed | None:
-        """Next to a thing, on its right (side 1, seen from the thing's front it is +x) or left, backs in line."""
+        """Next to a thing, on its +x side (side 1) or its -x side (side -1), their backs in line."""
         item = self.make(thing, **limits) if isinstance(thing, str) else thing
         if item is None:
             return None
@@ -301,7 +302,7 @@ class Room:
         ways: bool = True,
         **limits: Any,
     ) -> Placed | None:
-        """In front of a thing, `distance` metres between them; `facing`: it faces the thing, else as the thing does."""
+        """In front of a thing, `distance` metres between them, facing it or facing as it does."""
         item = self.make(thing, **limits) if isinstance(thing, str) else thing
         if item is None:
             return None
@@ -540,6 +541,19 @@ class Room:
         """The smallest rectangle around the space."""
         xs, ys = [x for x, _ in self.ground.outline], [y for _, y in self.ground.outline]
         return min(xs), min(ys), max(xs), max(ys)
+
+    def fill(self, kinds: Sequence[tuple[str, float]], share: float, *, free: float = 0.2) -> None:
+        """More things, by chance, until `share` of the floor is under furniture or nothing more finds a
+        place; `free` of them away from the walls.
+        """
+        misses = 0
+        while self.covered < share * self.area and misses < 10:
+            kind = choose(self.rng, kinds)
+            if self.chance(free):
+                placed = self.free(kind, margin=0.35, tries=6)
+            else:
+                placed = self.against(kind, corner=0.35, tries=8)
+            misses += placed is None
 
     def full(self, share: float = 0.42) -> bool:
         """Whether that share of the floor is under furniture, so that people can still walk."""

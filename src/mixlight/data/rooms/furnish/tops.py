@@ -31,7 +31,7 @@ class Top:
 
 
 def tops_of(item: Item) -> list[Top]:
-    """The flat places of an item: those it lists in its parameters, else its whole top if its kind carries things.
+    """The flat places of an item: those it lists, else its whole top if its kind carries things.
 
     >>> tops_of(Item("table", "own:table", (0, 0, 0), 0.0, (1.2, 0.8, 0.75)))[0].height
     0.75

@@ -77,7 +77,7 @@ def _bed(item: Item) -> list[Part]:
 
 
 def duvet(rng: Random, half: float, y: float, top: float, *, made: bool) -> Mesh:
-    """A duvet over a mattress: it hangs down at the sides and the foot, with soft folds; turned back if not made."""
+    """A duvet over a mattress: it hangs down on three sides in soft folds; turned back if not made."""
     across, along = 33, 41
     u, v = np.linspace(-1, 1, across), np.linspace(0, 1, along)
     end = y - 0.62 if made else y - rng.uniform(0.75, 1.3)

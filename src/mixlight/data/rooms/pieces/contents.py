@@ -1,4 +1,4 @@
-"""What fills shelves and racks: rows of books, boxes, jars, folded clothes. Built into the piece that holds them."""
+"""What fills shelves and racks: books, boxes, jars, folded clothes; built into the piece that holds them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def books(
     clear: float,
     surfaces: Sequence[int],
 ) -> None:
-    """Books side by side from x0 on, their backs towards -Y, a few lying, with a gap at the end now and then."""
+    """Books side by side from x0 on, their backs towards -Y, a few lying, now and then a gap at the end."""
     x, end = x0, x1 if rng.random() < 0.45 else x0 + (x1 - x0) * rng.uniform(0.35, 0.95)
     tallest = min(clear - 0.02, 0.34)
     if tallest < 0.1 or y1 - y0 < 0.08:

@@ -34,7 +34,7 @@ def _draw_screen(rng: Random, style: Style, kind: str) -> Item:
 
 
 def _screen(item: Item) -> list[Part]:
-    """A flat screen whose glass looks along -Y; on a foot, but for one that hangs (its depth is under 0.1)."""
+    """A flat screen whose glass looks along -Y; on a foot, unless it hangs (its depth is under 0.1)."""
     width, depth, height = item.size
     bodies = Bodies(item)
     x = width / 2
@@ -66,7 +66,7 @@ def _draw_keyboard(rng: Random, style: Style) -> Item:
 
 
 def _keyboard(item: Item) -> list[Part]:
-    width, depth, height = item.size
+    width, depth, _height = item.size
     bodies = Bodies(item)
     x0, x1, y = -width / 2, width / 2 - 0.12, depth / 2 - 0.015
     bodies.box(0, (x0, -y, 0.0), (x1, y, 0.014))
@@ -339,7 +339,7 @@ def _draw_till(rng: Random, style: Style) -> Item:
 
 
 def _till(item: Item) -> list[Part]:
-    width, depth, height = item.size
+    width, depth, _height = item.size
     bodies = Bodies(item)
     x, y = width / 2, depth / 2
     bodies.box(0, (-x, -y, 0.0), (x, y, 0.1))

@@ -29,8 +29,14 @@ def _art(rng: Random) -> Surface:
         (0.8, 0.8, 0.8),
         (1.0, 0.4, 0.3),
     ]
-    return Surface("picture", tone(rng, rng.choice(tints), 0.08, 0.5, spread=0.2), tone(rng, rng.choice(tints), 0.03, 0.6, spread=0.2),
-                   roughness=rng.choice([0.1, 0.5, 0.8]), scale=round(rng.uniform(0.5, 2.0), 2), seed=rng.randrange(100_000))  # fmt: skip
+    return Surface(
+        "picture",
+        tone(rng, rng.choice(tints), 0.08, 0.5, spread=0.2),
+        tone(rng, rng.choice(tints), 0.03, 0.6, spread=0.2),
+        roughness=rng.choice([0.1, 0.5, 0.8]),
+        scale=round(rng.uniform(0.5, 2.0), 2),
+        seed=rng.randrange(100_000),
+    )
 
 
 def _frame(rng: Random, style: Style) -> Surface:

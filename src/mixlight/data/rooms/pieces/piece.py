@@ -22,8 +22,8 @@ __all__ = ["Bodies", "Piece", "draft"]
 class Piece:
     """A parametric piece of furniture.
 
-    Convention: it is built in its own frame: the middle of its footprint is the origin, its underside z = 0, it
-    faces -Y (what hangs on a wall has the wall at +Y), and it fills the item's size.
+    Convention: it is built in its own frame: the middle of its footprint is the origin, its underside z = 0,
+    it faces -Y (what hangs on a wall has the wall at +Y), and it fills the item's size.
     """
 
     name: str
@@ -44,8 +44,8 @@ class Piece:
 def draft(size: Point3, surfaces: Sequence[Surface], **parameters: Any) -> Item:
     """An item that stands nowhere yet, its measures rounded to millimetres; `Piece.make` names it.
 
-    A parameter `tops` lists where things stand on it: [x0, y0, x1, y1, height, clear height above], metres in the
-    piece's frame.
+    A parameter `tops` lists where things stand on it: [x0, y0, x1, y1, height, clear height above], metres in
+    the piece's frame.
     """
     width, depth, height = (round(extent, 3) for extent in size)
     return Item("", "", (0.0, 0.0, 0.0), 0.0, (width, depth, height), tuple(surfaces), dict(parameters))

@@ -55,8 +55,8 @@ def _turns(axis: int, angles: np.ndarray) -> np.ndarray:
 
 
 def leaf(bend: float) -> Mesh:
-    """A leaf 1 long and 1 wide that grows along +Y from the origin, its upper side up; `bend`: how far its tip
-    hangs down.
+    """A leaf 1 long and 1 wide that grows along +Y from the origin, its upper side up; its tip hangs down by
+    `bend`.
     """
     t = np.linspace(0, 1, 6)
     half = 0.5 * np.sin(np.pi * np.clip(t * 0.92 + 0.06, 0, 1)) ** 0.8

@@ -231,7 +231,7 @@ def _draw_shell(rng: Random, style: Style) -> Item:
 
 
 def shell(width: float, depth: float, seat: float, height: float, arms: float = 0.1) -> Mesh:
-    """The moulded seat of a chair, from its front edge over the seat up the back, thick enough to be solid."""
+    """The moulded seat of a chair, from its front edge over the seat up the back: two skins."""
     along = np.linspace(0, 1, 15)
     across = np.linspace(-1, 1, 11)
     # Side view: a seat that sinks a little, a bend, a back that leans.

@@ -577,7 +577,7 @@ def _draw_tray(rng: Random, style: Style) -> Item:
 
 
 def _tray(item: Item) -> list[Part]:
-    width, depth, height = item.size
+    width, depth, _height = item.size
     bodies, rng = Bodies(item), Random(item.parameters["seed"])
     x, y = width / 2, depth / 2
     bodies.box(0, (-x, -y, 0.0), (x, y, 0.008))

@@ -32,7 +32,7 @@ def _shelf_item(
     columns: int,
     full: float,
 ) -> Item:
-    """A shelf whose boards are filled with `what` (a share `full` of them); the others are left for things."""
+    """A shelf with a share `full` of its boards filled with `what`; the others are left for things."""
     width, depth, height = size
     thick = 0.02
     filled, tops = [], []
@@ -482,7 +482,7 @@ def _coat_stand(item: Item) -> list[Part]:
 def _draw_wall_shelf(rng: Random, style: Style) -> Item:
     boards = rng.choice([1, 1, 2, 3])
     size = (rng.uniform(0.5, 1.2), rng.uniform(0.18, 0.26), boards * 0.32)
-    width, depth, height = size
+    width, depth, _height = size
     filled = [rng.random() < 0.6 for _ in range(boards)]
     tops = [
         [-width / 2, -depth / 2, width / 2, depth / 2, round(0.03 + i * 0.32, 3), 0.28]

@@ -1,4 +1,4 @@
-"""What shops and workshops hold: racks of goods, crates and pallets, tools and the boards they hang on, machines."""
+"""What shops and workshops hold: racks of goods, crates, pallets, tools and their boards, machines."""
 
 from __future__ import annotations
 
@@ -109,12 +109,8 @@ def _crate(item: Item) -> list[Part]:
     if item.parameters["slats"]:
         for sx in (-1, 1):
             for sy in (-1, 1):
-                bodies.box(
-                    0,
-                    tuple(sorted((sx * (x - t), sx * (x - t - 0.03))))[:1]
-                    + (min(sy * (y - t), sy * (y - t - 0.03)), 0.0),
-                    (max(sx * (x - t), sx * (x - t - 0.03)), max(sy * (y - t), sy * (y - t - 0.03)), height),
-                )
+                px, py = sx * (x - t - 0.015), sy * (y - t - 0.015)
+                bodies.box(0, (px - 0.015, py - 0.015, 0.0), (px + 0.015, py + 0.015, height))
     if item.parameters["full"]:
         fill(
             bodies,

@@ -1,4 +1,4 @@
-"""Kitchens and bathrooms: units with counters, sinks and hobs, cupboards, white goods, baths, basins, toilets."""
+"""Kitchens and bathrooms: units with sinks and hobs, cupboards, white goods, baths, basins, toilets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _BLACK = Surface("plastic", (0.012, 0.012, 0.013), roughness=0.08)
 
 
 def draw_kitchen(rng: Random, style: Style, width: float, *, sink: bool = True, hob: bool = True) -> Item:
-    """A row of floor units of a given width under one counter, with a sink and a hob with an oven if asked."""
+    """A row of floor units of a given width under one counter, with a sink, and a hob with an oven."""
     depth, height = 0.62, rng.uniform(0.86, 0.93)
     free = [[-width / 2 + 0.02, width / 2 - 0.02]]
     units: list[dict[str, Any]] = []
@@ -358,8 +358,12 @@ def bowl(width: float, depth: float, height: float, wall: float, deep: float) ->
 
 
 def _draw_toilet(rng: Random, style: Style) -> Item:
-    return draft((rng.uniform(0.36, 0.4), rng.uniform(0.6, 0.7), rng.uniform(0.76, 0.82)), (style.ceramic, style.metal), lid=rng.random() < 0.75,
-                 tops=[[-0.17, 0.17, 0.17, 0.3, 0.78, 0.5]])  # fmt: skip
+    return draft(
+        (rng.uniform(0.36, 0.4), rng.uniform(0.6, 0.7), rng.uniform(0.76, 0.82)),
+        (style.ceramic, style.metal),
+        lid=rng.random() < 0.75,
+        tops=[[-0.17, 0.17, 0.17, 0.3, 0.78, 0.5]],
+    )
 
 
 def _toilet(item: Item) -> list[Part]:
