@@ -23,8 +23,10 @@ from mixlight.sphere import equirect
 
 __all__ = ["has_groups", "relightings"]
 
-_VERSION = 1
+_VERSION = 2
 """Raised whenever a remix of the same number becomes another one."""
+_BRIGHTEST = 6e4
+"""Half floats end at 65504; what would be brighter makes the whole darker instead."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -36,7 +38,7 @@ def has_groups(record: PanoramaRecord) -> bool:
 def relightings(
     record: PanoramaRecord, count: int, cache: Path, max_height: int = 512
 ) -> Iterator[tuple[str, Float[Tensor, "height width 3"]]]:
-    """A room's panorama under `count` random lights, each exact, of a mean luminance of 1.
+    """A room's panorama under `count` random lights, each exact, of a mean luminance of 1 or less.
 
     The k-th is a function of the scene's name, the room's files and k alone: the same in every run, however
     many there are. They are not white-balanced. Each is kept in the cache as plain half floats and mapped
@@ -83,7 +85,7 @@ def _resized(panorama: Float[Tensor, "rows columns 3"], max_height: int) -> Floa
 
 def _normalised(panorama: Float[Tensor, "height width 3"]) -> Float[Tensor, "height width 3"]:
     mean = float(equirect.integrate(panorama) @ torch.tensor(LUMINANCE_WEIGHTS)) / (4 * torch.pi)
-    return (panorama / mean).clamp(max=6e4).half()
+    return (panorama / max(mean, float(panorama.max()) / _BRIGHTEST)).half()
 
 
 def _mapped(entry: Path) -> Tensor | None:

@@ -11,10 +11,13 @@ from mixlight.data.rooms.fixture_lamps import candles, lamps, sconces, screens, 
 from mixlight.data.rooms.fixture_site import Site
 from mixlight.data.rooms.plan import Fixture, Plan
 from mixlight.data.rooms.skies import OutdoorSky
-from mixlight.data.rooms.sky import choose_sky
+from mixlight.data.rooms.sky import choose_sky, daylight
 from mixlight.data.rooms.switches import chance_on
 
 __all__ = ["light", "place_fixtures"]
+
+_DARKEST = 80.0
+"""Lux of daylight below which a lamp is on by day, too."""
 
 
 def light(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> Plan:
@@ -65,5 +68,4 @@ def _own(fixtures: Sequence[Fixture]) -> list[Fixture]:
 
 
 def _daylight(plan: Plan) -> bool:
-    windows = any(o.kind == "window" and o.leads is None and o.space == 0 for o in plan.openings)
-    return windows and plan.sky.time == "day"
+    return plan.sky.time == "day" and daylight(plan) > _DARKEST

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from mixlight.data.rooms.plan import Colour, Plan
+from mixlight.data.rooms.sky import LUMENS_PER_UNIT
 from mixlight.data.rooms.store import SKY, SUN
 from mixlight.data.rooms.switches import chance_on, likely_temperature, likely_times
 from mixlight.image.color import LUMINANCE_WEIGHTS
@@ -20,6 +21,9 @@ from mixlight.image.temperature import COOLEST, WARMEST, black_body
 from mixlight.sphere import equirect
 
 __all__ = ["Recipe", "mix", "plan_recipe", "random_recipe", "remix", "white_balance_gain"]
+
+_DIMMEST = (0.5, 4.0)
+"""cd/m²: mean luminance around the camera below which somebody reaches for a switch."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,7 @@ def plan_recipe(plan: Plan) -> Recipe:
 def random_recipe(
     groups: Mapping[str, Float[Tensor, "height width 3"]], plan: Plan, rng: random.Random
 ) -> Recipe:
-    """Draws a time of day, which lamps are on, how bright and how warm; at least one light shines.
+    """Draws a time of day, which lamps are on, how bright and how warm; no room stays dark.
 
     A room that was rendered by day can be seen at any time; one rendered at dusk or night is never made
     brighter outside than that time allows, as street lamps and lit windows would shine like the sun.
@@ -112,7 +116,8 @@ def random_recipe(
     kind = plan.spaces[0].kind
     time = rng.choices(("day", "dusk", "night"), likely_times(kind))[0]
     order = ("day", "dusk", "night")
-    if order.index(time) < order.index(plan.sky.time):
+    lamps = list(dict.fromkeys(f.group for f in plan.fixtures))
+    if order.index(time) < order.index(plan.sky.time) or not lamps:
         time = plan.sky.time
     facts["time"] = time
     level = _sky_level(time, plan.sky.time, plan.sky.illuminance, rng)
@@ -127,7 +132,6 @@ def random_recipe(
                 warmer = rng.uniform(2100, 3200)
             gains[SUN] = _scaled(_tint(plan.sky.sun_temperature, warmer), gain)
     style = likely_temperature(kind, rng)
-    lamps = list(dict.fromkeys(f.group for f in plan.fixtures))
     for name in lamps:
         members = [f for f in plan.fixtures if f.group == name]
         first = members[0]
@@ -141,7 +145,7 @@ def random_recipe(
             own = temperature * math.exp(rng.gauss(0.0, 0.03))
         gains[name] = _scaled(_tint(temperature, own), bright)
         facts[name] = round(own)
-    _keep_lit(gains, groups, lamps)
+    _keep_lit(gains, groups, lamps, rng)
     return Recipe(gains, rng.uniform(0.6, 1.0), facts)
 
 
@@ -171,15 +175,20 @@ def _scaled(colour: Colour, factor: float) -> Colour:
 
 
 def _keep_lit(
-    gains: dict[str, Colour], groups: Mapping[str, Float[Tensor, "height width 3"]], lamps: list[str]
+    gains: dict[str, Colour],
+    groups: Mapping[str, Float[Tensor, "height width 3"]],
+    lamps: list[str],
+    rng: random.Random,
 ) -> None:
-    """Switches the strongest lamp on where nothing that is on lights the room."""
+    """Switches lamps on until the room is as bright as people bear it, at random, strong ones first."""
     means = {name: float(pixels.mean()) for name, pixels in groups.items()}
-    strongest = max((means[name] for name in lamps if name in means), default=0.0)
-    lit = sum(means[name] * max(gain) for name, gain in gains.items() if name in means)
-    if lit >= 0.02 * strongest and lit > 0:
-        return
-    if strongest > 0:
-        gains[max((n for n in lamps if n in means), key=lambda n: means[n])] = (1.0, 1.0, 1.0)
-    else:
+    wanted = math.exp(rng.uniform(math.log(_DIMMEST[0]), math.log(_DIMMEST[1]))) / LUMENS_PER_UNIT
+    lit = sum(means[name] * sum(gain) / 3 for name, gain in gains.items() if name in means)
+    off = [name for name in lamps if name not in gains and means.get(name, 0.0) > 0]
+    while off and lit < wanted:
+        name = rng.choices(off, [means[n] for n in off])[0]
+        off.remove(name)
+        gains[name] = (1.0, 1.0, 1.0)
+        lit += means[name]
+    if not lit > 0:
         gains[SKY] = (1.0, 1.0, 1.0)

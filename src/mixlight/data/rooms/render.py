@@ -20,6 +20,7 @@ from typing import Any
 from mixlight import __version__
 from mixlight.blender.program import BlenderError, BlenderMissing, BlenderTimeout
 from mixlight.blender.session import Session
+from mixlight.data.rooms.balance import balanced, render_gains, restored
 from mixlight.data.rooms.catalogue import Catalogue
 from mixlight.data.rooms.credits import Credits
 from mixlight.data.rooms.job import Settings, read_raw, write_job
@@ -256,7 +257,7 @@ class _Worker(threading.Thread):
             scene = build(plan, catalogue=rooms.catalogue, skies=rooms.skies)
             planned = time.perf_counter()
             folder.mkdir()
-            write_job(scene, rooms.settings, folder)
+            write_job(balanced(scene, render_gains(plan)), rooms.settings, folder)
         except Exception as error:
             self._fail(seed, error)
             return None
@@ -298,7 +299,8 @@ class _Worker(threading.Thread):
         try:
             with atomic_folder(crew.store.room(ready.seed)) as fresh:
                 for index, file in enumerate(files):
-                    groups, depth = read_raw(ready.folder / file, ready.groups)
+                    raw, depth = read_raw(ready.folder / file, ready.groups)
+                    groups = restored(raw, render_gains(ready.plan))
                     write_camera(fresh / file, groups, depth, document=DOCUMENT, camera=index, on=on)
                 seconds["pack"] = time.perf_counter() - start
                 document = room_document(

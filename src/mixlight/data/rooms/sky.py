@@ -10,7 +10,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.data.rooms.outline import edges
+from mixlight.data.rooms.outline import area, edges
 from mixlight.data.rooms.plan import Colour, Plan, Point3, Sky
 from mixlight.data.rooms.skies import OutdoorSky, Time, horizontal_illuminance
 from mixlight.data.rooms.sky_analytic import analytic_map
@@ -18,7 +18,7 @@ from mixlight.data.rooms.switches import likely_times
 from mixlight.image import exr
 from mixlight.sphere import equirect
 
-__all__ = ["LUMENS_PER_UNIT", "TURNS", "choose_sky", "sky_map"]
+__all__ = ["LUMENS_PER_UNIT", "TURNS", "choose_sky", "daylight", "sky_map"]
 
 LUMENS_PER_UNIT = 683.0
 """Radiance 1 of a rendered room is this many cd/m²."""
@@ -29,6 +29,10 @@ TURNS = 64
 _SUN_ANGLE = 0.02
 """Angular diameter in radians, twice the sun's. A panorama lit by the sun's own disc alone would be 180,000
 times as bright there as on average, beyond half floats; from this disc it is 40,000 times."""
+
+
+_DRESSINGS = {"curtain": 0.08, "sheer": 0.5, "venetian": 0.3, "roller": 0.2}
+"""Share of the light that passes through what hangs before a window."""
 
 
 def choose_sky(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> Sky:
@@ -130,6 +134,21 @@ def _towards_window(plan: Plan, sun: Point3, place: float, step: int) -> int:
     aside = math.radians(100) * ((place * len(windows)) % 1.0 - 0.5)
     turn = outward + aside - math.atan2(sun[1], sun[0])
     return round(turn / (2 * math.pi) * TURNS) % TURNS
+
+
+def daylight(plan: Plan, space: int = 0) -> float:
+    """What the sky gives a room through its windows, in lux on the floor, roughly and without the sun.
+
+    E = .3 E_sky sum(window area x share that its dressing lets through) / floor area: a window sees half of
+    the sky at a slant, and its panes keep some of it.
+    """
+    through = 0.0
+    for o in plan.openings:
+        if o.kind == "window" and o.leads is None and o.space == space:
+            covered = float(o.details.get("drawn", 0.0))
+            passed = _DRESSINGS.get(str(o.details.get("dressing", "none")), 1.0)
+            through += (o.end - o.start) * (o.top - o.bottom) * (1 - covered * (1 - passed))
+    return 0.3 * plan.sky.illuminance * through / area(plan.spaces[space].outline)
 
 
 def sky_map(sky: Sky, skies: Sequence[OutdoorSky] = (), height: int = 512) -> Float[Tensor, "height width 3"]:

@@ -59,6 +59,9 @@ CODECS = ("dwab", "zip")
 """How colours are compressed: lossy, level 45, or lossless."""
 
 _LEVEL = 45.0
+_PEAK = MAX_HALF / 2
+"""Brightest light that half floats hold once lossy compression has rung around it; parts with brighter ones,
+such as the sun behind a pane, are lossless floats."""
 _DOCUMENT = "mixlightRoom"
 _CAMERA = "mixlightCamera"
 
@@ -285,9 +288,15 @@ def write_camera(
         colours |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": _LEVEL}
     else:
         colours |= {"compression": OpenEXR.ZIP_COMPRESSION}
-    first = colours | {_DOCUMENT: document, _CAMERA: camera, "frame": "mixlight"}
-    parts = [OpenEXR.Part(first, {"RGB": _half(total / unit)}, PANORAMA)]
-    parts += [OpenEXR.Part(dict(colours), {"RGB": _half(p / unit)}, name) for name, p in groups.items()]
+    told = {_DOCUMENT: document, _CAMERA: camera, "frame": "mixlight"}
+    parts = []
+    for name, pixels in {PANORAMA: total, **groups}.items():
+        header = colours | told if name == PANORAMA else dict(colours)
+        shown = pixels / unit
+        if float(shown.max()) > _PEAK:
+            header["compression"] = OpenEXR.ZIP_COMPRESSION
+        kind = np.float32 if float(shown.max()) > _PEAK else np.float16
+        parts.append(OpenEXR.Part(header, {"RGB": np.asarray(shown, kind)}, name))
     metres = np.where(np.isfinite(depth), depth, np.inf).astype(np.float32)
     parts.append(OpenEXR.Part(common | {"compression": OpenEXR.ZIP_COMPRESSION}, {"Z": metres}, DEPTH))
     with atomic_path(path) as temporary:
@@ -302,10 +311,6 @@ def _mean_luminance(panorama: Float[np.ndarray, "height width 3"]) -> float:
     rows = (panorama @ np.array(LUMINANCE_WEIGHTS)).mean(1)
     edges = np.cos(np.linspace(0.0, math.pi, len(rows) + 1))
     return float(rows @ (edges[:-1] - edges[1:]) / 2)
-
-
-def _half(pixels: np.ndarray) -> np.ndarray:
-    return np.asarray(np.minimum(pixels, MAX_HALF), np.float16)
 
 
 def is_room(path: str | os.PathLike[str]) -> bool:
