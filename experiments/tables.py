@@ -298,11 +298,12 @@ def evaluation(letter: str, category: str) -> Callable[[], str]:
     def table() -> str:
         from mixlight.evaluation.cells import describe
         from mixlight.evaluation.protocols import PROTOCOLS
+        from mixlight.evaluation.report import shown as number
 
-        found = _evaluation()
-        if not found:
+        found = _evaluation().get("protocols", {})
+        if letter not in found:
             return ""
-        measured, rows = found["protocols"][letter], []
+        measured, rows = found[letter], []
         cells = [cell for cell in PROTOCOLS[letter].cells if not cell.endswith("_geometric")]  # type: ignore[index]
         for name, entry in measured["tables"][category].items():
             shown = []
@@ -312,7 +313,8 @@ def evaluation(letter: str, category: str) -> Callable[[], str]:
                     shown.append("–")
                     continue
                 low, high = values["mean_95"]
-                shown.append(f"{values['mean']:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})")
+                mean, low, high = (number(value, digits) for value in (values["mean"], low, high))
+                shown.append(f"{mean} ({low} to {high})")
             rows.append([METHOD_NAMES.get(name, name), *shown])
         count = measured["counts"][category]
         units = [describe(cell) for cell in cells]

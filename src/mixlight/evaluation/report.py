@@ -13,7 +13,7 @@ from mixlight.evaluation.log import Row
 from mixlight.evaluation.protocols import Protocol
 from mixlight.evaluation.statistics import Summary, summarise
 
-__all__ = ["Report", "Tables", "latex", "markdown", "report_of", "samples_csv"]
+__all__ = ["Report", "Tables", "latex", "markdown", "report_of", "samples_csv", "shown"]
 
 Tables = dict[str, dict[str, Summary]]
 """Category of panoramas -> method -> cell -> mean, median and their intervals."""
@@ -114,6 +114,15 @@ def latex(report: Report) -> str:
     )
 
 
+def shown(value: float, digits: int) -> str:
+    """A number with so many decimals; what rounds to 0 has no sign.
+
+    >>> shown(-0.0004, 2), shown(-1.5, 2)
+    ('0.00', '-1.50')
+    """
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
 def samples_csv(protocol: Protocol, rows: Sequence[Row]) -> str:
     """One line a sample and method: where it is from, and every cell; empty where a cell is not defined."""
     stream = io.StringIO()
@@ -137,15 +146,15 @@ def _heading(cell: str) -> str:
 
 def _number(cells: Summary, cell: str, statistic: str) -> str:
     value = cells[cell][statistic]
-    return "–" if value is None else f"{value:.{describe(cell).digits}f}"
+    return shown(float(value), describe(cell).digits) if isinstance(value, float | int) else "–"
 
 
 def _with_interval(cells: Summary, cell: str, statistic: str) -> str:
     interval = cells[cell][f"{statistic}_95"]
     if not isinstance(interval, list):
         return "–"
-    digits = describe(cell).digits
-    return f"{_number(cells, cell, statistic)} ({interval[0]:.{digits}f} to {interval[1]:.{digits}f})"
+    low, high = (shown(bound, describe(cell).digits) for bound in interval)
+    return f"{_number(cells, cell, statistic)} ({low} to {high})"
 
 
 def _best(report: Report, methods: Mapping[str, Summary]) -> set[tuple[str, str]]:
@@ -194,8 +203,8 @@ def _latex_block(report: Report, names: Sequence[str]) -> str:
             for name in names:
                 for sphere in SPHERES:
                     cell = f"{sphere}_{measure}"
-                    shown = _number(methods[name], cell, "mean") if name in methods else "--"
-                    row.append(f"\\textbf{{{shown}}}" if (name, cell) in best else shown.replace("–", "--"))
+                    text = _number(methods[name], cell, "mean") if name in methods else "–"
+                    row.append(f"\\textbf{{{text}}}" if (name, cell) in best else text.replace("–", "--"))
             lines.append(" & ".join(row) + " \\\\")
         lines.append("\\hline")
     return "\n".join([*lines, "\\end{tabular}"]) + "\n"
@@ -211,10 +220,10 @@ def _latex_rows(report: Report) -> str:
         lines.append(f" & \\multicolumn{{{len(cells)}}}{{c}}{{{where}}} \\\\ \\hline")
         best = _best(report, methods)
         for name, summary in methods.items():
-            shown = [_number(summary, cell, "mean").replace("–", "--") for cell in cells]
+            texts = [_number(summary, cell, "mean").replace("–", "--") for cell in cells]
             bold = [
                 f"\\textbf{{{text}}}" if (name, cell) in best else text
-                for text, cell in zip(shown, cells, strict=True)
+                for text, cell in zip(texts, cells, strict=True)
             ]
             lines.append(" & ".join([_escaped(name), *bold]) + " \\\\")
         lines.append("\\hline")
