@@ -62,6 +62,9 @@ def main() -> None:
     )
     parser.add_argument("table", help="CSV table of panoramas")
     parser.add_argument("--maps", type=int, default=10)
+    parser.add_argument(
+        "--maps-m", type=int, default=10, help="first of them that light protocol M's spheres"
+    )
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--scenes", nargs="+", default=list(SETTINGS), choices=list(SETTINGS))
     parser.add_argument("--mitsuba-maps", type=int, default=3, help="0: no Mitsuba (default: %(default)s)")
@@ -81,7 +84,8 @@ def main() -> None:
         "scenes": {},
     }
     for scene in arguments.scenes:
-        maps = [protocol_map(scene, record) for record in records]
+        used = records if scene == "S" else records[: arguments.maps_m]
+        maps = [protocol_map(scene, record) for record in used]
         result["scenes"][scene] = against_cycles(scene, maps, arguments.seeds, arguments.cache)
         print(scene, json.dumps(result["scenes"][scene]["spheres"], indent=1), flush=True)
     if arguments.mitsuba_maps:
@@ -135,6 +139,7 @@ def against_cycles(scene: Scene, maps: list[Tensor], seeds: int, cache: Path) ->
             rows[name].append(errors(pictures[k, i], [r[k, min(i, 2)] for r in references]))
     return {
         "blender": cycles.version,
+        "panoramas": len(maps),
         "camera": "perspective" if math.isfinite(setting.camera.distance) else "orthographic",
         "pixels": int(ours.mask.sum()),
         "samples": setting.samples * seeds,

@@ -387,12 +387,12 @@ def sphere_basis() -> str:
     if not found:
         return ""
     scenes = "; ".join(
-        f"{scene}: {entry['pixels']} pixels, {entry['samples']} samples in {len(found['seeds'])} seeds"
+        f"{scene}: {entry['panoramas']} panoramas at 128×256, {entry['pixels']} pixels, {entry['samples']} samples"
         for scene, entry in found["scenes"].items()
     )
     blender = next(iter(found["scenes"].values()))["blender"]
     return (
-        f"Made by `experiments/sphere_accuracy.py` on {len(found['panoramas'])} panoramas; {scenes}; "
+        f"Made by `experiments/sphere_accuracy.py`; {scenes} in {len(found['seeds'])} seeds; "
         f"Blender {blender}, Mitsuba {found['mitsuba']['version']}; commit `{found['commit']}`; "
         f"{found['machine']}.\n"
     )
