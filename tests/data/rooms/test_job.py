@@ -110,6 +110,23 @@ def test_raw_pictures_are_read(tmp_path: Path) -> None:
     assert metres[0, 0] == 3.0
 
 
+def test_denoised_pictures_get_their_light_back(tmp_path: Path) -> None:
+    """Rows count by the solid angle that they span, channels by themselves, one stray path a little."""
+    rows = np.array([0.5, 1.0, 1.0, 0.5])[:, None].repeat(8, 1)
+    noisy = rows * np.array([1.2, 0.9, 1.1, 1.0])[:, None]
+    planes = {f"noisy-sky_{c}": noisy for c in "RG"} | {f"sky_{c}": rows for c in "RGB"}
+    stray = rows.copy()
+    stray[1, 1] = 1e4
+    groups, _ = read_raw(
+        raw(tmp_path / "a.exr", **planes, **{"noisy-sky_B": stray, "depth_V": rows}), ["sky"]
+    )
+    weights = np.sin((np.arange(4) + 0.5) * np.pi / 4)[:, None]
+    for channel in (0, 1):
+        light = (groups["sky"][..., channel] * weights).sum()
+        assert light == pytest.approx((noisy * weights).sum(), rel=1e-5)
+    np.testing.assert_allclose(groups["sky"][..., 2], 1.25 * rows)
+
+
 def test_raw_pictures_that_are_none(tmp_path: Path) -> None:
     plane = np.ones((2, 4))
     path = raw(tmp_path / "a.exr", sky_R=plane, sky_G=plane, sky_B=plane)

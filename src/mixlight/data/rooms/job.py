@@ -95,9 +95,9 @@ def read_raw(
 ) -> tuple[dict[str, Float[np.ndarray, "height width 3"]], Float[np.ndarray, "height width"]]:
     """Read what the script inside Blender wrote of one camera: light groups, and metres to what is seen.
 
-    The denoiser takes about one per cent of a noisy picture's light away with the noise. As each group's
-    noisy picture is right on average, every channel is scaled so that it holds as much light as before; by
-    10 % at most, as a single stray path may mislead.
+    The denoiser takes some per cent of a noisy picture's light away with the noise. As each group's noisy
+    picture is right on average, every channel is scaled so that it holds as much light as before; by a
+    quarter at most, as a single stray path may mislead.
 
     What denoising leaves below 0 is 0; where nothing is seen the depth is infinite.
 
@@ -134,11 +134,11 @@ def _picture(planes: Mapping[str, np.ndarray], name: str) -> Float[np.ndarray, "
 def _lost(
     before: Float[np.ndarray, "height width 3"], after: Float[np.ndarray, "height width 3"]
 ) -> Float[np.ndarray, " 3"]:
-    """Light before over light after, within 10 % of 1; rows weigh as much as they span of the sphere."""
+    """Light before over light after, within a quarter of 1; rows weigh as much as they span of the sphere."""
     rows = np.sin((np.arange(len(before)) + 0.5) * (np.pi / len(before)))
     had, has = (np.einsum("hwc,h->c", picture, rows, dtype=np.float64) for picture in (before, after))
     ratio = np.divide(had, has, out=np.ones(3), where=(has > 0) & np.isfinite(had))
-    return np.asarray(ratio.clip(0.9, 1.1), np.float32)
+    return np.asarray(ratio.clip(0.8, 1.25), np.float32)
 
 
 def _by_material(parts: Iterable[Part]) -> dict[tuple[Surface | Emission, bool], list[Part]]:
