@@ -64,9 +64,8 @@ def collection(extra: dict[str, str] | None = None) -> bytes:
     data = io.BytesIO()
     with zipfile.ZipFile(data, "w") as archive:
         archive.writestr("PluginFurnitureCatalog.properties", TABLE.encode("latin-1"))
-        archive.writestr("scopia/bed1/bed1.obj", CUBE)
-        archive.writestr("scopia/tv/tv.obj", CUBE)
-        for name, text in (extra or {}).items():
+        files = {"scopia/bed1/bed1.obj": CUBE, "scopia/tv/tv.obj": CUBE} | (extra or {})
+        for name, text in files.items():
             archive.writestr(name, text)
     return data.getvalue()
 

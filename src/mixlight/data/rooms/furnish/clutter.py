@@ -60,7 +60,7 @@ def walls(room: Room) -> None:
     """Pictures and mirrors, shelves, clocks, radiators under windows."""
     rng, ground = room.rng, room.ground
     kind = room.kind
-    home = kind in ("living", "bedroom", "kitchen", "corridor")
+    home = kind in ("living", "bedroom", "kitchen", "corridor", "bathroom")
     warm = {
         "living": 0.7,
         "bedroom": 0.75,

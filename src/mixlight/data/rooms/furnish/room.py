@@ -206,7 +206,8 @@ class Room:
         item = self.make(thing, **limits) if isinstance(thing, str) else thing
         if item is None:
             return None
-        width, depth, _ = item.size
+        width, depth, height = item.size
+        z = float(item.parameters.get("elevation", 0.0))  # a basin without a column hangs on its wall
         candidates = [
             i
             for i in (range(len(ground.edges)) if edges is None else edges)
@@ -231,11 +232,11 @@ class Room:
             away = gap if gap is not None else (rng.uniform(0.01, 0.04) if attempt < tries * 0.6 else 0.2)
             x, y = edge.at(along, depth / 2 + away)
             if near is None:
-                placed = self.put(item, (x, y, 0.0), edge.turn, ways=ways, edge=index, along=along)
+                placed = self.put(item, (x, y, z), edge.turn, ways=ways, edge=index, along=along)
                 if placed is not None:
                     return placed
             else:
-                block = Block.of(corners_of((x, y), edge.turn, width, depth), 0.021, item.size[2])
+                block = Block.of(corners_of((x, y), edge.turn, width, depth), max(z, 0.021), z + height)
                 if ground.free(block, ways=ways):
                     far = math.dist((x, y), near.item.position[:2])
                     found.append((far, index, along, away))
@@ -243,7 +244,7 @@ class Room:
             _, index, along, away = min(found)
             edge = ground.edges[index]
             x, y = edge.at(along, depth / 2 + away)
-            return self.put(item, (x, y, 0.0), edge.turn, ways=ways, edge=index, along=along)
+            return self.put(item, (x, y, z), edge.turn, ways=ways, edge=index, along=along)
         return None
 
     def free(
