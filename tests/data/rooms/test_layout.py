@@ -11,10 +11,11 @@ from mixlight.data.rooms.footprints import DIMENSIONS
 from mixlight.data.rooms.layout import KIND_SHARES, draw_building
 from mixlight.data.rooms.make_plan import stream
 from mixlight.data.rooms.outline import area, bounds, cells, contains, edges, holes_of, overlap
+from mixlight.data.rooms.palette import choose
 from mixlight.data.rooms.plan import KINDS, SURFACES, Surface
 from mixlight.data.rooms.plan_json import read_surface
 
-SEEDS = range(120)
+SEEDS = range(70)
 
 
 @pytest.fixture(scope="module")
@@ -31,11 +32,12 @@ def test_every_kind_can_be_asked_for():
 def test_kinds_come_as_often_as_their_shares_say(buildings):
     assert {kind for kind, _ in KIND_SHARES} == set(KINDS)
     assert sum(share for _, share in KIND_SHARES) == pytest.approx(1)
-    found = [b.spaces[0].kind for b in buildings]
-    assert set(found) == set(KINDS)
-    # 120 rooms: three standard deviations are .117 for the most frequent kind.
+    # The kind is the first thing that is drawn, so it can be had for many seeds.
+    found = [choose(stream(seed, "layout"), KIND_SHARES) for seed in range(3000)]
+    assert found[: len(buildings)] == [building.spaces[0].kind for building in buildings]
     for kind, share in KIND_SHARES:
-        assert found.count(kind) / len(found) == pytest.approx(share, abs=0.117)
+        # Four standard deviations of the most frequent kind.
+        assert found.count(kind) / len(found) == pytest.approx(share, abs=0.031)
 
 
 def test_outlines_are_simple_and_counter_clockwise(buildings):
@@ -104,7 +106,7 @@ def test_both_sides_of_an_opening_see_the_same_hole(buildings):
                 there = edges(building.spaces[far.space].outline)[far.edge]
                 assert there.at(far.end) == pytest.approx(here.at(hole.start, -hole.opening.depth), abs=2e-3)
                 assert there.at(far.start) == pytest.approx(here.at(hole.end, -hole.opening.depth), abs=2e-3)
-    assert shared > 100
+    assert shared > 60
 
 
 def test_windows_look_into_the_open(buildings):
@@ -118,7 +120,7 @@ def test_windows_look_into_the_open(buildings):
             outside = edge.rectangle(opening.start, opening.end, -1.5, -building.outer - 0.002)
             assert building.clear(outside, gap=building.outer - 1e-6)
             assert opening.depth == building.outer
-    assert count > 200
+    assert count > 100
 
 
 def test_every_space_can_be_entered(buildings):

@@ -137,4 +137,5 @@ def _fireplace(builder: Builder, space: Space) -> None:
     builder.wall_box(surface, edge, (a + jamb, b - jamb), (0.0, deep), (lintel, high))
     builder.wall_box(surface, edge, (a - 0.06, b + 0.06), (0.0, deep + 0.06), (high, high + 0.05))
     builder.wall_box(surface, edge, (a - 0.03, b + 0.03), (deep, deep + 0.4), (0.0, 0.025))
-    builder.wall_quad(_SOOT, edge, (a + jamb, b - jamb), 0.004, (0.0, lintel))
+    # Before whatever panels cover the wall.
+    builder.wall_quad(_SOOT, edge, (a + jamb, b - jamb), 0.035, (0.0, lintel))
