@@ -12,7 +12,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from mixlight.data.rooms.plan import Colour, Plan
+from mixlight.data.rooms.plan import Colour, Plan, Sky
 from mixlight.data.rooms.sky import LUMENS_PER_UNIT
 from mixlight.data.rooms.store import SKY, SUN
 from mixlight.data.rooms.switches import chance_on, likely_temperature, likely_times
@@ -125,7 +125,7 @@ def random_recipe(
     gains[SKY] = _scaled(tint, level / plan.sky.illuminance)
     facts["sky_lx"] = level
     if SUN in groups:
-        gain = _sun_gain(time, plan.sky.time, rng)
+        gain = _sun_gain(time, plan.sky, level, rng)
         if gain > 0:
             warmer = plan.sky.sun_temperature * rng.uniform(0.8, 1.1)
             if time == "dusk" and plan.sky.time == "day":
@@ -156,11 +156,12 @@ def _sky_level(time: str, rendered: str, illuminance: float, rng: random.Random)
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
-def _sun_gain(time: str, rendered: str, rng: random.Random) -> float:
-    clouded, bright = rng.random() < 0.3, rng.uniform(0.3, 1.1)
+def _sun_gain(time: str, sky: Sky, level: float, rng: random.Random) -> float:
+    """As bright as rendered or a little less; at dusk of a sunny day, up to twice the sky's light."""
+    clouded, share = rng.random() < 0.3, rng.random()
     if time == "night" or clouded:
         return 0.0
-    return bright if time == rendered else bright * 0.05
+    return 0.3 + 0.8 * share if time == sky.time else (0.1 + 1.9 * share) * level / sky.sun_illuminance
 
 
 def _tint(was: float, becomes: float) -> Colour:

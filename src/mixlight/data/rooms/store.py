@@ -56,9 +56,8 @@ SKY, SUN = "sky", "sun"
 PANORAMA, DEPTH = "panorama", "depth"
 """Parts of the file that are no light group."""
 CODECS = ("dwab", "zip")
-"""How colours are compressed: lossy, level 45, or lossless."""
+"""How colours are compressed: lossy or lossless."""
 
-_LEVEL = 45.0
 _PEAK = MAX_HALF / 2
 """Brightest light that half floats hold once lossy compression has rung around it; parts with brighter ones,
 such as the sun behind a pane, are lossless floats."""
@@ -240,6 +239,7 @@ def write_camera(
     camera: int,
     on: Mapping[str, bool] | None = None,
     codec: str = "dwab",
+    level: float = 45.0,
 ) -> None:
     """Writes the light groups and the depth of one camera position, atomically.
 
@@ -251,6 +251,7 @@ def write_camera(
         camera: place of this position in it.
         on: groups that the plan switches off are False; they stay out of the first part only.
         codec: one of `CODECS`.
+        level: how much `dwab` may lose; 45 is OpenEXR's own.
 
     Raises:
         ValueError: shapes that do not fit, values that are no radiance, a name that is taken, another codec.
@@ -285,7 +286,7 @@ def write_camera(
     }
     colours = dict(common)
     if codec == "dwab":
-        colours |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": _LEVEL}
+        colours |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": level}
     else:
         colours |= {"compression": OpenEXR.ZIP_COMPRESSION}
     told = {_DOCUMENT: document, _CAMERA: camera, "frame": "mixlight"}
