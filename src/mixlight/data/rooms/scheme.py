@@ -42,7 +42,9 @@ class Palette:
 def _wall(rng: Random, kind: str, colour: Colour) -> Surface:
     seed = rng.randrange(10_000)
     rough = round(rng.uniform(0.55, 0.95), 3)
-    raw = {"workshop": 0.4, "shop": 0.15, "hall": 0.12, "office": 0.08, "empty": 0.1}.get(kind, 0.03)
+    raw = {"workshop": 0.4, "shop": 0.15, "hall": 0.12, "office": 0.08, "empty": 0.1, "bathroom": 0.0}.get(
+        kind, 0.03
+    )
     if rng.random() < raw:
         if rng.random() < 0.5:
             tint = choose(rng, [((1.0, 0.44, 0.26), 3.0), ((1.0, 0.98, 0.95), 2.0), ((1.0, 0.7, 0.45), 1.0)])
