@@ -2,7 +2,7 @@
 
     python -m experiments.room_storage SET
 
-SET holds rooms that were stored losslessly (`write_camera(codec="zip")`). Each camera position is stored again
+SET holds rooms that were stored losslessly (`write_camera(codec="zip")`). Each position is stored again
 with every codec; its plan's own light and a few random remixes are mixed from both, and compared as pixels,
 as fitted lights, and as spheres under the fitted lights.
 """
