@@ -387,7 +387,7 @@ def sphere_basis() -> str:
     if not found:
         return ""
     scenes = "; ".join(
-        f"{scene}: {entry['panoramas']} panoramas at 128×256, {entry['pixels']} pixels, {entry['samples']} samples"
+        f"{scene}: {entry['panoramas']} maps of 128×256, {entry['pixels']} pixels, {entry['samples']} samples"
         for scene, entry in found["scenes"].items()
     )
     blender = next(iter(found["scenes"].values()))["blender"]
@@ -735,6 +735,25 @@ def _ablation(name: str) -> Json | None:
     return found
 
 
+def room_storage() -> str:
+    """What each way to store light groups costs: median and 95th percentile."""
+    path = RESULTS / "room_storage.json"
+    if not path.is_file():
+        return ""
+    found = json.loads(path.read_text(encoding="utf-8"))
+    keys = ("pixels", "energy", "sources", "ambient", "diffuse", "matte", "mirror")
+
+    def share(value: float) -> str:
+        return _percent(value) if value >= 1e-4 else "< 0.01 %"
+
+    rows = [
+        [name, _plain(cells["megabytes"]["median"], 2)]
+        + [f"{share(cells[key]['median'])} ({share(cells[key]['p95'])})" for key in keys]
+        for name, cells in found["variants"].items()
+    ]
+    return _table(["storage", "MB a position", *keys], rows)
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "accuracy": accuracy,
     **{
@@ -757,6 +776,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "transport": transport,
     "trials": trials,
     "glow": glow,
+    "room_storage": room_storage,
     "rooms": rooms,
     "detail": detail,
     "detail-variants": detail_variants,
