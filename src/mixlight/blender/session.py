@@ -24,7 +24,7 @@ __all__ = ["ANSWER", "Session"]
 ANSWER = "answer.json"
 """What the script leaves in a job's folder, made whole by a rename, when it is done with it."""
 
-_PAUSE = 0.02
+_SHORTEST, _LONGEST = 0.01, 0.25
 _TAIL = 20_000
 
 
@@ -85,7 +85,7 @@ class Session:
         """
         process = self._running()
         answer = folder / ANSWER
-        end = time.monotonic() + timeout
+        begun = time.monotonic()
         try:
             assert process.stdin is not None
             process.stdin.write(f"{folder}\n".encode())
@@ -94,10 +94,11 @@ class Session:
                 ended = process.poll() is not None
                 if ended and not answer.exists():  # it may have answered with its last breath
                     raise program.failure(process.returncode, self._script, self._output())
-                if not ended and time.monotonic() > end:
+                taken = time.monotonic() - begun
+                if not ended and taken > timeout:
                     late = f"{self._script.name} in Blender: expected an end within {timeout:g} s, got none"
                     raise program.BlenderTimeout(program.with_last_lines(late, self._output()))
-                time.sleep(_PAUSE)
+                time.sleep(min(max(_SHORTEST, taken / 50), _LONGEST))  # 2 % late, and hardly ever awake
         except BrokenPipeError:
             process.wait()
             raise program.failure(process.returncode, self._script, self._output()) from None
