@@ -173,6 +173,7 @@ def _racks(room: Room, kind: str, aisle: float, *, own: bool | None = None) -> N
     rack = room.make(kind, own=own)
     if rack is None:
         return
+    racks = _variants(room, rack)
     along = rng.choice([0.0, math.pi / 2])
     x0, y0, x1, y1 = room.bounds
     span, rows = (x1 - x0, y1 - y0) if along == 0.0 else (y1 - y0, x1 - x0)
@@ -188,18 +189,19 @@ def _racks(room: Room, kind: str, aisle: float, *, own: bool | None = None) -> N
                     if along == 0.0
                     else (-math.pi / 2 if side < 0 else math.pi / 2)
                 )
-                room.put(_varied(room, rack), (x, y, 0.0), turn)
+                room.put(rng.choice(racks), (x, y, 0.0), turn)
             at += rack.size[0] + 0.005
             if room.chance(0.12):
                 at += 1.1
         across += 2 * rack.size[1] + aisle
 
 
-def _varied(room: Room, item: Item) -> Item:
-    """The same rack with other goods on it."""
+def _variants(room: Room, item: Item, count: int = 5) -> list[Item]:
+    """The same rack with other goods on it, a few times: each further one of a kind costs nothing to build."""
     if "seed" not in item.parameters:
-        return item
-    return replace(item, parameters={**item.parameters, "seed": room.rng.randrange(1 << 20)})
+        return [item]
+    seeds = [room.rng.randrange(1 << 20) for _ in range(count)]
+    return [replace(item, parameters={**item.parameters, "seed": seed}) for seed in seeds]
 
 
 def _chair_rows(room: Room) -> None:
