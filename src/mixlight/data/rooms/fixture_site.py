@@ -78,7 +78,8 @@ class Site:
             )
         ]
         self.sweeps = [s for h in holes(plan, space) if (s := door_sweep(plan, h)) is not None]
-        self.beams: list[Any] = list(self.space.details.get("beams", ()))
+        overhead = ("beams", "obstacles")  # the latter: ducts, soffits and what stands in the way
+        self.beams: list[Any] = [box for name in overhead for box in self.space.details.get(name, ())]
         self.columns: list[Any] = list(self.space.details.get("columns", ()))
 
     def shade(self) -> Surface:

@@ -77,7 +77,7 @@ def with_reflectance(colour: Colour, luminous: float) -> Colour:
     """A tint as a colour of this luminous reflectance.
 
     >>> with_reflectance((1.0, 0.9, 0.75), 0.5)
-    (0.5489, 0.494, 0.4117)
+    (0.5492, 0.4943, 0.4119)
     """
     return shaded(colour, luminous / reflectance(colour))
 
