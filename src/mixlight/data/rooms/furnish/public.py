@@ -197,7 +197,7 @@ def _racks(room: Room, kind: str, aisle: float, *, own: bool | None = None) -> N
 
 
 def _variants(room: Room, item: Item, count: int = 5) -> list[Item]:
-    """The same rack with other goods on it, a few times: each further one of a kind costs nothing to build."""
+    """The same rack with other goods on it, a few times: more of the same cost nothing to build."""
     if "seed" not in item.parameters:
         return [item]
     seeds = [room.rng.randrange(1 << 20) for _ in range(count)]

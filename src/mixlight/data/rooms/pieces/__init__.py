@@ -10,20 +10,24 @@ from mixlight.data.rooms import shapes
 from mixlight.data.rooms.mesh import Part
 from mixlight.data.rooms.palette import choose
 from mixlight.data.rooms.pieces import (
+    bathrooms,
     beds,
     electronics,
+    floor_things,
     hung,
+    kitchens,
     plants,
     seating,
-    small,
-    storage,
+    shelves,
     tables,
+    tableware,
     trade,
-    wet_rooms,
+    trifles,
+    wardrobes,
 )
+from mixlight.data.rooms.pieces.kitchens import draw_kitchen, draw_wall_cabinet
 from mixlight.data.rooms.pieces.piece import Piece
 from mixlight.data.rooms.pieces.style import Style, draw_style
-from mixlight.data.rooms.pieces.wet_rooms import draw_kitchen, draw_wall_cabinet
 from mixlight.data.rooms.plan import Item
 
 __all__ = [
@@ -39,7 +43,22 @@ __all__ = [
     "pieces_of",
 ]
 
-_MODULES = (seating, tables, storage, beds, wet_rooms, electronics, hung, plants, small, trade)
+_MODULES = (
+    seating,
+    tables,
+    shelves,
+    wardrobes,
+    beds,
+    kitchens,
+    bathrooms,
+    electronics,
+    hung,
+    plants,
+    tableware,
+    trifles,
+    floor_things,
+    trade,
+)
 
 PIECES: dict[str, Piece] = {piece.name: piece for module in _MODULES for piece in module.PIECES}
 """Every piece by its name, which an item's `piece` gives as own:NAME."""

@@ -10,8 +10,8 @@ import numpy as np
 from mixlight.data.rooms import shapes
 from mixlight.data.rooms.mesh import Part
 from mixlight.data.rooms.pieces.piece import Bodies, Piece, draft
-from mixlight.data.rooms.pieces.storage import hanging_cloth
 from mixlight.data.rooms.pieces.style import Style, tone
+from mixlight.data.rooms.pieces.wardrobes import hanging_cloth
 from mixlight.data.rooms.plan import Item, Surface
 
 __all__ = ["PIECES"]
@@ -20,7 +20,7 @@ _WHITE = Surface("plastic", (0.7, 0.69, 0.66), roughness=0.4)
 _MIRROR = Surface("mirror", (0.88, 0.89, 0.88), roughness=0.0)
 
 
-def _art(rng: Random) -> Surface:
+def art(rng: Random) -> Surface:
     tints = [
         (1.0, 0.6, 0.4),
         (0.5, 0.7, 1.0),
@@ -59,7 +59,7 @@ def _draw_picture(rng: Random, style: Style) -> Item:
     mat = rng.random() < 0.4
     return draft(
         (width, 0.028, height),
-        (_frame(rng, style), _art(rng), style.paper),
+        (_frame(rng, style), art(rng), style.paper),
         bar=round(rng.choice([0.0, 0.015, 0.025, 0.05]), 3),
         mat=round(0.14 * min(width, height), 3) if mat else 0.0,
     )
@@ -275,7 +275,7 @@ def _hooks(item: Item) -> list[Part]:
     x, y = width / 2, depth / 2
     bodies.box(0, (-x, y - 0.022, height - 0.12), (x, y, height))
     places = max(3, int(width / 0.16))
-    inner = width - 0.3  # a coat is wider than its hook
+    inner = width - 0.36  # a coat is wider than its hook
     ats = [-inner / 2 + i * inner / (places - 1) for i in range(places)]
     for at in ats:
         bodies.add(
@@ -363,7 +363,7 @@ def _draw_sign(rng: Random, style: Style) -> Item:
         [(0.3, 0.012, 0.15), (0.21, 0.008, 0.297), (0.42, 0.008, 0.594), (0.6, 0.02, 0.3), (0.15, 0.01, 0.15)]
     )
     colours = [style.paper, Surface("plastic", (0.02, 0.3, 0.08), roughness=0.4), *style.accents[:3]]
-    return draft(size, (rng.choice(colours), _art(rng)), poster=rng.random() < 0.5)
+    return draft(size, (rng.choice(colours), art(rng)), poster=rng.random() < 0.5)
 
 
 def _sign(item: Item) -> list[Part]:

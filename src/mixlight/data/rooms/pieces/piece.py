@@ -15,7 +15,7 @@ from mixlight.data.rooms.mesh import Mesh, Part
 from mixlight.data.rooms.pieces.style import Style
 from mixlight.data.rooms.plan import Item, Point3, Surface
 
-__all__ = ["Bodies", "Piece", "draft"]
+__all__ = ["Bodies", "Piece", "draft", "draw_seed"]
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,11 @@ def draft(size: Point3, surfaces: Sequence[Surface], **parameters: Any) -> Item:
     """
     width, depth, height = (round(extent, 3) for extent in size)
     return Item("", "", (0.0, 0.0, 0.0), 0.0, (width, depth, height), tuple(surfaces), dict(parameters))
+
+
+def draw_seed(rng: Random) -> int:
+    """A seed for what a piece draws while it is built."""
+    return rng.randrange(1 << 20)
 
 
 class Bodies:

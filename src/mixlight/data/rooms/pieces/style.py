@@ -8,7 +8,7 @@ from random import Random
 from mixlight.data.rooms.palette import choose, wood_colour
 from mixlight.data.rooms.plan import Colour, Surface
 
-__all__ = ["Style", "draw_style", "tone"]
+__all__ = ["CARDBOARD", "Style", "draw_style", "tone"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,10 @@ class Style:
     """Small things: mostly quiet, some bright."""
     books: tuple[Surface, ...]
     """Spines."""
+
+
+CARDBOARD = Surface("paper", (0.33, 0.21, 0.11), roughness=0.9)
+"""Of boxes."""
 
 
 def tone(rng: Random, tint: Colour, low: float, high: float, *, spread: float = 0.05) -> Colour:

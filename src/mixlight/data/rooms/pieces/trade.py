@@ -11,13 +11,12 @@ from mixlight.data.rooms import shapes
 from mixlight.data.rooms.mesh import Part
 from mixlight.data.rooms.pieces.contents import boxes, fill, folded, vessel
 from mixlight.data.rooms.pieces.piece import Bodies, Piece, draft
-from mixlight.data.rooms.pieces.style import Style, tone
+from mixlight.data.rooms.pieces.style import CARDBOARD, Style, tone
 from mixlight.data.rooms.pieces.tables import drawers
 from mixlight.data.rooms.plan import Item, Surface
 
 __all__ = ["PIECES"]
 
-_CARDBOARD = Surface("paper", (0.33, 0.21, 0.11), roughness=0.9)
 _RAW_WOOD = Surface("wood", (0.36, 0.23, 0.12), roughness=0.75)
 
 
@@ -130,7 +129,7 @@ def _crate(item: Item) -> list[Part]:
 def _draw_pallet(rng: Random, style: Style) -> Item:
     return draft(
         (1.2, 0.8, rng.choice([0.145, rng.uniform(0.5, 1.4)])),
-        (_RAW_WOOD, _CARDBOARD, rng.choice([_CARDBOARD, *style.accents[:2]])),
+        (_RAW_WOOD, CARDBOARD, rng.choice([CARDBOARD, *style.accents[:2]])),
         seed=rng.randrange(1 << 20),
     )
 
