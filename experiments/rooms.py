@@ -4,9 +4,9 @@
     python -m experiments.rooms score data/panoramas.csv runs/H_* --label rooms=prototype
 
 `tables` writes a training table for each size of a set (the first rooms by seed, so that the smaller lies
-within the larger) with one and the same validation rooms, and prints the trainings to be run. However many
-rooms there are, they are drawn as often as those of `--keep`: only their variety differs, not their share of
-a batch.
+within the larger; a room that cannot be read is left out) with one and the same validation rooms, and prints
+the trainings to be run. However many rooms there are, they are drawn as often as those of `--keep`: only
+their variety differs, not their share of a batch.
 
 `score` takes whatever runs are finished, tells from their cards what each was trained on, and refuses runs
 that differ in anything else. Every run is scored once and kept (`--cache`), so that it can be called again as
@@ -21,6 +21,7 @@ import hashlib
 import io
 import json
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,8 @@ import torch
 from experiments.representation import provenance
 from mixlight.data.evaluation_set import EvaluationSample, collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
+from mixlight.data.relit import has_groups
+from mixlight.data.rooms.store import read_room
 from mixlight.image.atomic import atomic_path
 from mixlight.network.estimator import Estimator
 from mixlight.render.spheres import SphereRenderer
@@ -99,7 +102,7 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
         name += f"-and-{arguments.keep.stem}"
     rooms: dict[str, list[PanoramaRecord]] = {}
     for record in read_table(source):
-        if record.split == "train":
+        if record.split == "train" and _whole(record):
             rooms.setdefault(record.group, []).append(record)
     arguments.out.mkdir(parents=True, exist_ok=True)
     commands = []
@@ -123,6 +126,18 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
                 run = f"runs/{name}-{size}_{what}_{seed}"
                 commands.append(f"mixlight train experiments/first_light.toml --out {run} {sets}")
     return commands
+
+
+def _whole(record: PanoramaRecord) -> bool:
+    """Whether a room can be trained on; says so where not."""
+    if not has_groups(record):
+        return True
+    try:
+        read_room(record.path)
+    except ValueError as error:
+        print(f"left out: {error}", file=sys.stderr)
+        return False
+    return True
 
 
 def _csv(records: Sequence[PanoramaRecord], folder: Path) -> str:

@@ -12,6 +12,7 @@ from experiments import tables
 from experiments.rooms import CELLS, Condition, Run, _run, check_equal, summarise, write_tables
 from mixlight.data.panoramas import read_table, select
 from mixlight.training.config import read_config
+from tests.data.rooms.lit import lit_plan, write_room
 
 SCENES = [f"scene{k // 8}" for k in range(96)]
 REAL, ROOMS, BOTH = Condition(92, 0, ()), Condition(0, 50, ("set",)), Condition(92, 50, ("set",))
@@ -93,6 +94,19 @@ def test_trainings_differ_in_their_data_and_rooms_keep_their_share(sets: Path) -
         assert weight * panoramas == pytest.approx(3.0)  # the kept table has three training panoramas
     same = replace(rooms, sampling=both.sampling, tables=both.tables)
     assert same == both
+
+
+def test_a_room_that_cannot_be_read_is_left_out(sets: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = write_room(sets / "set" / "lit", lit_plan())
+    rows = (sets / "set" / "rooms.csv").read_text().replace("set-0-0,0-0.exr", "set-0-0,lit/camera-0.exr")
+    (sets / "set" / "rooms.csv").write_text(rows)
+    write_tables(arguments(sets, sizes=[4]))
+    before = (sets / "out" / "set-4.csv").read_text()
+    assert "lit/camera-0.exr" in before
+    files[0].write_bytes(files[0].read_bytes()[:5000])
+    write_tables(arguments(sets, sizes=[4]))
+    assert (sets / "out" / "set-4.csv").read_text().count("\n") == before.count("\n") - 1
+    assert "left out" in capsys.readouterr().err
 
 
 def test_too_few_rooms(sets: Path) -> None:

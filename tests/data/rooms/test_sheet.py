@@ -74,7 +74,10 @@ def test_a_crop_is_a_photo_of_the_room(record: PanoramaRecord) -> None:
 
 
 def test_a_room_too_dark_to_be_photographed_says_so(tmp_path: Path) -> None:
-    radiance.write(tmp_path / "dark.hdr", (room(32) * 1e-6).numpy())
+    """All its light comes from one lamp, ten thousand times as bright as the rest."""
+    dark = torch.full((32, 64, 3), 1e-4)
+    dark[0] = 1000.0
+    radiance.write(tmp_path / "dark.hdr", dark.numpy())
     with pytest.raises(ValueError, match=r"dark\.hdr"):
         crop_tile(PanoramaRecord("dark", tmp_path / "dark.hdr", "train", "room", "dark"), 0, (12, 16))
 

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import OpenImageIO as oiio
 import pytest
 import torch
@@ -140,6 +141,15 @@ def test_a_truncated_room_is_refused(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(ImageFileError):
         read_room(path)
+
+
+def test_light_that_half_floats_could_not_hold_is_refused(tmp_path: Path) -> None:
+    path = write_room(tmp_path, lit_plan())[0]
+    file = OpenEXR.File(str(path))
+    file.parts[2].channels["RGB"].pixels[3, 4, 0] = np.inf
+    file.write(str(tmp_path / "camera-9.exr"))
+    with pytest.raises(ImageFileError, match="finite light in floor_lamp_1"):
+        read_room(tmp_path / "camera-9.exr")
 
 
 def test_the_document_belongs_to_the_file(tmp_path: Path) -> None:

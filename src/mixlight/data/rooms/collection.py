@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from torch import Tensor
 from mixlight.data.panoramas import PanoramaRecord, read_radiance, read_table
 from mixlight.data.rooms.remix import random_recipe, remix, white_balance_gain
 from mixlight.data.rooms.store import is_room, read_room
+from mixlight.light.separate import luminance
 from mixlight.sphere import equirect
 
 __all__ = ["TABLE", "read_set", "relit"]
@@ -47,8 +49,8 @@ def relit(
     """A room as a camera would balance it: `recipes` random relightings of its light groups.
 
     A plain panorama holds one light; it comes once, with a fixed share of its colour cast taken out
-    (`BALANCE`). The same arguments give the same panoramas: the recipes depend on the seed and the
-    scene's name, not on what else is in the set.
+    (`BALANCE`). All have a mean luminance of 1, as in training. The same arguments give the same panoramas:
+    the recipes depend on the seed and the scene's name, not on what else is in the set.
 
     Convention: every panorama is a draw of its own from `mixlight.data.rooms.remix.random_recipe`.
 
@@ -60,9 +62,15 @@ def relit(
         raise ValueError(f"expected at least one recipe, got {recipes}")
     if not is_room(record.path):
         panorama = read_radiance(record.path)
-        yield panorama * white_balance_gain(equirect.integrate(panorama), BALANCE)
+        yield _exposed(panorama * white_balance_gain(equirect.integrate(panorama), BALANCE))
         return
     render = read_room(record.path)
     rng = random.Random(f"{seed} {record.scene}")
     for _ in range(recipes):
-        yield remix(render.groups, random_recipe(render.groups, render.plan, rng))
+        yield _exposed(remix(render.groups, random_recipe(render.groups, render.plan, rng)))
+
+
+def _exposed(panorama: Float[Tensor, "height width 3"]) -> Float[Tensor, "height width 3"]:
+    """A night by candles is .001, a noon is 1: both are a photo's job. Black stays black."""
+    mean = float(luminance(equirect.integrate(panorama))) / (4 * math.pi)
+    return panorama / mean if mean > 0 else panorama

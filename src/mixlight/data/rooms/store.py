@@ -362,6 +362,8 @@ def read_room(path: str | os.PathLike[str]) -> RoomRender:
         if name == DEPTH and "Z" in channels:
             depth = torch.from_numpy(np.ascontiguousarray(channels["Z"].pixels, np.float32))
         elif name != PANORAMA and "RGB" in channels:
+            if not np.isfinite(channels["RGB"].pixels).all():
+                raise file_error(path, f"finite light in {name}", "infinite or no numbers")
             unit = float(part.header["whiteLuminance"]) / LUMENS_PER_UNIT
             groups[name] = torch.from_numpy(channels["RGB"].pixels.astype(np.float32)).clamp(min=0) * unit
     if not groups or depth is None:
