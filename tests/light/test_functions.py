@@ -6,6 +6,7 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from jaxtyping import TypeCheckError
 
 from mixlight.light import functions, harmonics
 from mixlight.light.functions import Functions
@@ -74,8 +75,8 @@ def test_a_table_is_the_callers_own() -> None:
     assert float(functions.maps("sh2", 8).abs().max()) > 0
 
 
-def test_bad_input_is_refused() -> None:
-    with pytest.raises(ValueError, match="expected one of constant, sh2, sh6, sg9, received 'sh3'"):
+def test_bad_input_is_refused(unchecked: None) -> None:
+    with pytest.raises((ValueError, TypeCheckError), match="sh3"):
         functions.count("sh3")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="twice the height"):
         functions.project(torch.ones(8, 8, 3), "sg9")
