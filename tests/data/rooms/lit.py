@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from mixlight.data.rooms.plan import Camera, Fixture, Opening, Plan, Sky, Space, Surface
+from mixlight.data.rooms.plan_json import surface_document
 from mixlight.data.rooms.store import group_names, room_document, write_camera, write_document
 
 PAINT = Surface("paint")
@@ -27,7 +28,9 @@ def lit_plan(**fields: object) -> Plan:
     given = {
         "seed": 7,
         "spaces": (Space("living", ((0, 0), (4, 0), (4, 5), (0, 5)), 2.6, (PAINT,) * 4, PAINT, PAINT),),
-        "openings": (Opening("window", 0, 2, 1.0, 3.0, 0.9, 2.2),),
+        "openings": (
+            Opening("window", 0, 2, 1.0, 3.0, 0.9, 2.2, details={"frame": surface_document(PAINT)}),
+        ),
         "items": (),
         "fixtures": (
             fixture("pendant_0", "ceiling"),

@@ -131,6 +131,26 @@ def test_table_lamps_stand_on_something(plans: list[Plan]) -> None:
     assert found
 
 
+def test_small_things_make_way_for_lamps() -> None:
+    table = Item("nightstand", "own:nightstand", (2.0, 3.0, 0.0), 0.0, (0.4, 0.4, 0.5))
+    cup = Item("cup", "own:cup", (2.0, 3.0, 0.5), 0.0, (0.38, 0.38, 0.1), supported_by=0)
+    book = Item("book", "own:book", (0.5, 4.5, 0.0), 0.0, (0.2, 0.2, 0.05))
+    bench = Item("bench", "own:bench", (3.5, 1.0, 0.0), 0.0, (0.3, 0.3, 0.2))
+    vase = Item("vase", "own:vase", (3.5, 1.0, 0.2), 0.0, (0.1, 0.1, 0.2), supported_by=3)
+    lit = lit_plan(items=(table, cup, book, bench, vase), fixtures=(), cameras=())
+    lit = dataclasses.replace(lit, spaces=(dataclasses.replace(lit.spaces[0], kind="bedroom"),))
+    stood = 0
+    for seed in range(20):
+        made = place_fixtures(lit, random.Random(seed))
+        lamps = [f for f in made.fixtures if f.kind == "table_lamp"]
+        stood += bool(lamps)
+        kinds = [item.kind for item in made.items]
+        assert ("cup" in kinds) == (not lamps)
+        (kept,) = (item for item in made.items if item.kind == "vase")
+        assert made.items[kept.supported_by or 0].kind == "bench"
+    assert stood > 10
+
+
 def test_no_room_stays_dark(bare: list[Plan], plans: list[Plan]) -> None:
     for plan in (*bare, *plans):
         windows = any(o.kind == "window" and o.leads is None and o.space == 0 for o in plan.openings)
@@ -171,7 +191,7 @@ def test_a_screen_lies_on_the_glass_of_a_monitor() -> None:
     seen = Counter[str]()
     for seed in range(30):
         plan = lit_plan(items=(monitor, television, stand), fixtures=(), cameras=())
-        for fixture in place_fixtures(plan, random.Random(seed)):
+        for fixture in place_fixtures(plan, random.Random(seed)).fixtures:
             if fixture.kind == "screen":
                 item = monitor if fixture.turn else television
                 seen[item.kind] += 1

@@ -132,8 +132,19 @@ def test_recipes_vary_and_always_light_the_room() -> None:
         assert 0.6 <= recipe.white_balance <= 1.0
         light = remix(groups, recipe)
         equirect.check(light)
-        lamp = max(float(groups[n].mean()) for n in ("ceiling", "floor_lamp_1", "table_lamp_1"))
-        assert float(light.mean()) > 0.015 * lamp
+
+
+def test_dim_rooms_get_more_lamps() -> None:
+    """Every lamp gives 1 cd/m², the sky nothing: half of that is always there, and at times one lamp does."""
+    plan = lit_plan()
+    groups = {name: torch.full((4, 8, 3), 1 / 683) for name in tensors(plan, 4)}
+    groups[SKY], groups[SUN] = torch.zeros(4, 8, 3), torch.zeros(4, 8, 3)
+    lamps = []
+    for seed in range(200):
+        recipe = random_recipe(groups, plan, random.Random(seed))
+        lamps.append(len(set(recipe.gains) - {SKY, SUN}))
+        assert float(mix(groups, recipe.gains).mean()) * 683 > 0.45
+    assert {1, 2, 3} <= set(lamps)
 
 
 def test_the_sky_follows_the_time_of_day() -> None:

@@ -13,17 +13,17 @@ from mixlight.data.rooms.plan import Item, Point2, Surface
 __all__ = ["candles", "lamps", "sconces", "screens", "under_cabinets"]
 
 _FLOOR_LAMPS: dict[str, tuple[float, ...]] = {
-    "living": (0.35, 0.45, 0.2),
-    "bedroom": (0.8, 0.2),
-    "office": (0.85, 0.15),
+    "living": (0.2, 0.5, 0.3),
+    "bedroom": (0.6, 0.4),
+    "office": (0.8, 0.2),
     "hall": (0.75, 0.15, 0.1),
     "empty": (0.9, 0.1),
     "workshop": (0.9, 0.1),
 }
 """Probabilities of 0, 1, 2 ... of them."""
 _TABLE_LAMPS: dict[str, tuple[float, ...]] = {
-    "living": (0.35, 0.35, 0.2, 0.1),
-    "bedroom": (0.2, 0.35, 0.45),
+    "living": (0.25, 0.35, 0.25, 0.15),
+    "bedroom": (0.12, 0.35, 0.53),
     "office": (0.6, 0.25, 0.15),
     "kitchen": (0.85, 0.15),
     "hall": (0.7, 0.15, 0.15),
@@ -31,7 +31,7 @@ _TABLE_LAMPS: dict[str, tuple[float, ...]] = {
     "workshop": (0.55, 0.3, 0.15),
     "corridor": (0.75, 0.25),
 }
-_SCONCES = {"living": 0.12, "bedroom": 0.18, "bathroom": 0.7, "hall": 0.35, "corridor": 0.25, "shop": 0.08}
+_SCONCES = {"living": 0.12, "bedroom": 0.3, "bathroom": 0.7, "hall": 0.35, "corridor": 0.25, "shop": 0.08}
 _CARRIERS = (
     *("side_table", "nightstand", "desk", "console", "low_shelf", "sideboard", "dresser", "drawer_unit"),
     *("workbench", "coffee_table", "table", "counter", "tv_stand", "filing_cabinet"),
@@ -175,21 +175,18 @@ def _table_lamp(site: Site, item: Item, group: str, shape: dict[str, Any], desk:
 
 
 def _top_place(site: Site, item: Item, radius: float) -> Point2 | None:
-    """A free place on the top of an item, near its back."""
+    """A place on the top of an item, near its sides and its back; small things there make way."""
     rng = site.rng
-    top = item.position[2] + item.size[2]
     width, depth = item.size[0] / 2 - radius, item.size[1] / 2 - radius
     if min(width, depth) < 0:
         return None
-    things = [i for i in site.items if i.position[2] >= top - 0.03 and i is not item]
     c, s = math.cos(item.turn), math.sin(item.turn)
     for _ in range(14):
         u, v = rng.choice([-1, 1]) * width * rng.uniform(0.4, 1.0), depth * rng.uniform(-0.3, 1.0)
         x, y = item.position[0] + c * u - s * v, item.position[1] + s * u + c * v
-        around = (x - radius, y - radius, x + radius, y + radius)
-        if any(overlap(around, footprint(t)) and t.position[2] < top + 0.6 for t in things):
+        if any(math.dist((x, y), f.position[:2]) < 2 * radius + 0.05 for f in site.fixtures):
             continue
-        if all(math.dist((x, y), f.position[:2]) > 2 * radius + 0.05 for f in site.fixtures):
+        if site.clear(item, (x - radius, y - radius, x + radius, y + radius), 0.6):
             return x, y
     return None
 
@@ -213,6 +210,8 @@ def sconces(site: Site) -> None:
         parameters["up"] = rng.choice([0.5, 0.5, 0.7, 1.0])
     surfaces = (site.metal, site.shade())
     spots = _mirror_spots(site, style, gap, size[2]) if site.space.kind == "bathroom" else []
+    if site.space.kind == "bedroom":
+        spots = _bed_spots(site, gap, size)
     if not spots:
         spots = _wall_spots(site, gap, size)
     for x, y, z, turn in spots:
@@ -240,6 +239,31 @@ def _mirror_spots(site: Site, style: str, gap: float, tall: float) -> list[tuple
             site.space.kind == "bathroom" and _inside(site, x, y)
         ):
             found.append((x, y, z, mirror.turn))
+    return found
+
+
+def _bed_spots(
+    site: Site, gap: float, size: tuple[float, float, float]
+) -> list[tuple[float, float, float, float]]:
+    """On the wall behind a bed's head, at both sides of it."""
+    beds = [item for item in site.items if item.kind == "bed"]
+    if not beds:
+        return []
+    bed = site.rng.choice(beds)
+    z = site.rng.uniform(1.0, 1.4)
+    found = []
+    for index, edge in enumerate(site.edges):
+        if math.cos(edge.turn - bed.turn) < 0.99:
+            continue
+        dx, dy = bed.position[0] - edge.start[0], bed.position[1] - edge.start[1]
+        away = dx * edge.inward[0] + dy * edge.inward[1] - bed.size[1] / 2
+        middle = dx * edge.direction[0] + dy * edge.direction[1]
+        if not -0.05 < away < 0.3:
+            continue
+        for side in (-1, 1):
+            along = middle + side * (bed.size[0] / 2 + 0.12)
+            if 0.1 < along < edge.length - 0.1 and _wall_free(site, edge, index, along, z, max(size)):
+                found.append((*edge.at(along, gap), z, edge.turn))
     return found
 
 

@@ -77,6 +77,8 @@ class Site:
                 ),
             )
         ]
+        self.gone: set[int] = set()
+        """Places in the plan's items of small things that made way for a lamp."""
         self.sweeps = [s for h in holes(plan, space) if (s := door_sweep(plan, h)) is not None]
         overhead = ("beams", "obstacles")  # the latter: ducts, soffits and what stands in the way
         self.beams: list[Any] = [box for name in overhead for box in self.space.details.get(name, ())]
@@ -122,6 +124,25 @@ class Site:
                 parameters,
             )
         )
+
+    def clear(self, carrier: Item, around: Rectangle, height: float) -> bool:
+        """Takes the small things off a piece of an item's top; False, and nothing taken, if larger ones stand
+        or hang there.
+        """
+        top = carrier.position[2] + carrier.size[2]
+        carriers = {item.supported_by for item in self.plan.items}
+        taken = []
+        for index, item in enumerate(self.plan.items):
+            low, high = item.position[2], item.position[2] + item.size[2]
+            if item is carrier or index in self.gone or high < top + 0.002 or low > top + height:
+                continue
+            if overlap(around, footprint(item)):
+                owner = None if item.supported_by is None else self.plan.items[item.supported_by]
+                if owner is not carrier or index in carriers or max(item.size) > 0.5:
+                    return False
+                taken.append(index)
+        self.gone.update(taken)
+        return True
 
     def under_ceiling(self, rectangle: Rectangle, drop: float) -> bool:
         """Whether something may hang down `drop` metres there: inside, no beam or furniture in its way."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from mixlight.data.rooms.fixture_ceiling import ceiling, plain_lamp
 from mixlight.data.rooms.fixture_lamps import candles, lamps, sconces, screens, under_cabinets
 from mixlight.data.rooms.fixture_site import Site
-from mixlight.data.rooms.plan import Fixture, Plan
+from mixlight.data.rooms.plan import Fixture, Item, Plan
 from mixlight.data.rooms.skies import OutdoorSky
 from mixlight.data.rooms.sky import choose_sky, daylight
 from mixlight.data.rooms.switches import chance_on
@@ -28,14 +28,13 @@ def light(plan: Plan, rng: random.Random, skies: Sequence[OutdoorSky] = ()) -> P
         rng: the plan's source of chance.
         skies: what `skies.read_skies` gave; without any the sky is analytic.
     """
-    plan = replace(plan, sky=choose_sky(plan, rng, skies))
-    return replace(plan, fixtures=tuple(place_fixtures(plan, rng)))
+    return place_fixtures(replace(plan, sky=choose_sky(plan, rng, skies)), rng)
 
 
-def place_fixtures(plan: Plan, rng: random.Random) -> list[Fixture]:
+def place_fixtures(plan: Plan, rng: random.Random) -> Plan:
     """Lamps by the kind of room, switched as people do at the sky's time of day.
 
-    At least one group is on unless daylight comes in.
+    At least one group is on unless daylight comes in. Small things on tables make way for lamps.
     """
     site = Site(plan, rng)
     makers: tuple[Callable[[Site], None], ...] = (ceiling, sconces, lamps, under_cabinets, screens, candles)
@@ -45,7 +44,17 @@ def place_fixtures(plan: Plan, rng: random.Random) -> list[Fixture]:
         plain_lamp(site)
     for space in range(1, len(plan.spaces)):
         ceiling(Site(plan, rng, space, site))
-    return _switched(plan, site.fixtures, rng)
+    fixtures = tuple(_switched(plan, site.fixtures, rng))
+    return replace(plan, items=_without(plan.items, site.gone), fixtures=fixtures)
+
+
+def _without(items: tuple[Item, ...], gone: set[int]) -> tuple[Item, ...]:
+    """The items that stay, with their supports at their new places."""
+    place = {old: new for new, old in enumerate(i for i in range(len(items)) if i not in gone)}
+    return tuple(
+        replace(items[old], supported_by=None if (on := items[old].supported_by) is None else place[on])
+        for old in place
+    )
 
 
 def _switched(plan: Plan, fixtures: list[Fixture], rng: random.Random) -> list[Fixture]:

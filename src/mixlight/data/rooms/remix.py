@@ -22,6 +22,8 @@ from mixlight.sphere import equirect
 
 __all__ = ["Recipe", "mix", "plan_recipe", "random_recipe", "remix", "white_balance_gain"]
 
+_SAME_TIME = 0.6
+"""Share of remixes at the hour of the render: as nights stay nights, too few would see the day else."""
 _DIMMEST = (0.5, 4.0)
 """cd/m²: mean luminance around the camera below which somebody reaches for a switch."""
 
@@ -108,7 +110,7 @@ def random_recipe(
 ) -> Recipe:
     """Draws a time of day, which lamps are on, how bright and how warm; no room stays dark.
 
-    A room that was rendered by day can be seen at any time; one rendered at dusk or night is never made
+    A room rendered by day can be seen at any time, though mostly by day; one of dusk or night is never made
     brighter outside than that time allows, as street lamps and lit windows would shine like the sun.
     """
     gains: dict[str, Colour] = {}
@@ -117,7 +119,8 @@ def random_recipe(
     time = rng.choices(("day", "dusk", "night"), likely_times(kind))[0]
     order = ("day", "dusk", "night")
     lamps = list(dict.fromkeys(f.group for f in plan.fixtures))
-    if order.index(time) < order.index(plan.sky.time) or not lamps:
+    stays = rng.random() < _SAME_TIME
+    if stays or order.index(time) < order.index(plan.sky.time) or not lamps:
         time = plan.sky.time
     facts["time"] = time
     level = _sky_level(time, plan.sky.time, plan.sky.illuminance, rng)
@@ -187,7 +190,7 @@ def _keep_lit(
     lit = sum(means[name] * sum(gain) / 3 for name, gain in gains.items() if name in means)
     off = [name for name in lamps if name not in gains and means.get(name, 0.0) > 0]
     while off and lit < wanted:
-        name = rng.choices(off, [means[n] for n in off])[0]
+        name = rng.choices(off, [math.sqrt(means[n]) for n in off])[0]
         off.remove(name)
         gains[name] = (1.0, 1.0, 1.0)
         lit += means[name]
