@@ -9,6 +9,7 @@ from mixlight.data.rooms.plan_json import surface_document
 from mixlight.data.rooms.store import group_names, room_document, write_camera, write_document
 
 PAINT = Surface("paint")
+WINDOW = {"frame": surface_document(PAINT), "metal": surface_document(PAINT)}
 
 
 def fixture(name: str, group: str, kind: str = "pendant", **fields: object) -> Fixture:
@@ -28,9 +29,7 @@ def lit_plan(**fields: object) -> Plan:
     given = {
         "seed": 7,
         "spaces": (Space("living", ((0, 0), (4, 0), (4, 5), (0, 5)), 2.6, (PAINT,) * 4, PAINT, PAINT),),
-        "openings": (
-            Opening("window", 0, 2, 1.0, 3.0, 0.9, 2.2, details={"frame": surface_document(PAINT)}),
-        ),
+        "openings": (Opening("window", 0, 2, 1.0, 3.0, 0.9, 2.2, details=WINDOW),),
         "items": (),
         "fixtures": (
             fixture("pendant_0", "ceiling"),
