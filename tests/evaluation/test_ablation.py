@@ -161,7 +161,7 @@ def test_a_decision_wants_interval_and_seeds() -> None:
             ('reference = "ours"', 'reference = "them"'),
             "expected a reference out of ours, constant, got 'them'",
         ),
-        (('ambient = "constant"', 'ambient = "sh3"'), "expected ambient out of"),
+        (('ambient = "constant"', 'ambient = "sh3"'), "sh3"),
         (('ambient = "constant"', "colour = 1"), "unknown key colour of constant"),
         (('splits = ["train", "val"]', 'splits = "val"'), "expected a list for splits"),
         (('splits = ["train", "val"]', 'splits = ["all"]'), "expected splits out of train, val, test"),

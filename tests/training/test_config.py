@@ -67,7 +67,7 @@ def test_a_table_of_weights_is_replaced_whole_by_the_file_and_by_key_by_an_overr
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("step = 7", "unknown key step; expected one of tables, name, seed, steps"),
+        ("step = 7", "unknown key step; expected one of tables, name, method, seed, steps"),
         ("[optimiser]\nrate = 1", "unknown key optimiser.rate; expected one of name, learning_rate"),
         ("[optimizer]\nname = 'adam'", "unknown key optimizer"),
         ("steps = 7.5", "expected a whole number for steps, got 7.5"),

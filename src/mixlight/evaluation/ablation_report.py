@@ -71,6 +71,8 @@ def ratio(cells: Mapping[str, Any], cell: str) -> str:
     found = cells["ratio_to_reference"][cell]
     if found["ratio"] is None:
         return "–"
+    if found["interval_95"] is None:  # of one place there is none
+        return f"{found['ratio']:.2f}"
     low, high = found["interval_95"]
     text = f"{found['ratio']:.2f} ({low:.2f}–{high:.2f})"
     return f"**{text}**" if decided(cells, cell) else text
@@ -83,7 +85,7 @@ def decided(cells: Mapping[str, Any], cell: str) -> int:
     that all seeds are on the same side.
     """
     found = cells["ratio_to_reference"][cell]
-    if found["ratio"] is None or abs(found["ratio"] - 1) < 0.005:
+    if found["ratio"] is None or found["interval_95"] is None or abs(found["ratio"] - 1) < 0.005:
         return 0
     low, high = found["interval_95"]
     seeds = cells.get("ratios_by_seed", {}).get(cell, [])

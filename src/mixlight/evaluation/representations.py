@@ -92,7 +92,7 @@ class Representation:
 
         >>> even = torch.full((32, 64, 3), 0.5)
         >>> Representation("sh2", "sh6").environment(even).mean()
-        tensor(0.5000)
+        tensor(0.500)
         """
         height = true.shape[0]
         if self.sources == "lamps":

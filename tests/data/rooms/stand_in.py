@@ -47,4 +47,5 @@ def main() -> None:
         os.replace(folder / "part", folder / "answer.json")
 
 
-main()
+if __name__ == "__main__":
+    main()
