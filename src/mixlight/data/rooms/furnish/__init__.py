@@ -30,6 +30,10 @@ _RULES: dict[str, Callable[[Room], object]] = {
 """What fills a space of each kind."""
 
 
+_USUAL = 2.6
+"""Small things in the median main space, against the rates of `mixes`; neighbours have less."""
+
+
 def furnish(plan: Plan, rng: Random, catalogue: Catalogue | None = None) -> Plan:
     """The plan with furniture and small things in every space.
 
@@ -49,7 +53,7 @@ def furnish(plan: Plan, rng: Random, catalogue: Catalogue | None = None) -> Plan
     for space in range(len(plan.spaces)):
         here = Random(rng.getrandbits(64))  # so that one space does not hang on what was drawn for another
         room = Room(plan, space, here, draw_style(here), catalogue, items)
-        room.density = 1.6 * here.lognormvariate(0.0, 0.45) if room.main else 0.6
+        room.density = _USUAL * here.lognormvariate(0.0, 0.45) if room.main else 0.8
         if room.kind == "empty":
             room.density *= 0.4
         _RULES[room.kind](room)

@@ -30,7 +30,7 @@ def tops(room: Room) -> None:
         if surface == 0:
             continue
         count = _about(rng, surface * rate * room.density * rng.lognormvariate(0.0, 0.45))
-        count = min(count, 14)
+        count = min(count, 24)
         for _ in range(count):
             kind = choose(rng, options)
             spread = (
@@ -48,7 +48,7 @@ def floors(room: Room) -> None:
     """What lies and stands about, mostly near walls and furniture."""
     rng = room.rng
     options, rate = FLOOR[room.kind]
-    for _ in range(min(_about(rng, 1.3 * room.area * rate * room.density), 26)):
+    for _ in range(min(_about(rng, 1.6 * room.area * rate * room.density**0.6), 30)):
         kind = choose(rng, options)
         if room.chance(0.72):
             room.against(kind, gap=rng.uniform(0.01, 0.12), corner=0.3, tries=6)
@@ -86,18 +86,18 @@ def walls(room: Room) -> None:
         room.hang("radiator", bottom=0.12)
     perimeter = sum(edge.length for edge in ground.edges)
     per_metre = {
-        "living": 0.28,
-        "bedroom": 0.22,
-        "office": 0.12,
-        "kitchen": 0.12,
-        "bathroom": 0.1,
+        "living": 0.36,
+        "bedroom": 0.36,
+        "office": 0.2,
+        "kitchen": 0.24,
+        "bathroom": 0.35,
         "hall": 0.12,
         "corridor": 0.25,
         "shop": 0.12,
         "workshop": 0.1,
         "empty": 0.02,
     }[kind]
-    for _ in range(_about(rng, 1.4 * perimeter * per_metre * room.density**0.5)):
+    for _ in range(_about(rng, 1.2 * perimeter * per_metre * room.density**0.5)):
         what = choose(
             rng,
             [

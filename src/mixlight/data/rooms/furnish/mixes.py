@@ -109,7 +109,7 @@ FLOOR: dict[str, tuple[Mix, float]] = {
     "bedroom": (mix("shoes 2 laundry 2 bag 1 basket 1.5 box 1.5 book_pile 1.5 toy 0.8 cable 0.5"), 0.32),
     "office": (mix("box 2.5 bag 1 bin 2 cable 1.5 book_pile 1 crate 0.3"), 0.16),
     "kitchen": (mix("bag 0.8 crate 1 bin 1 box 1 basket 1 shoes 0.4 stool 0.5"), 0.25),
-    "bathroom": (mix("basket 1.5 laundry 1.5 bin 1 shoes 0.7 cleaning 0.8 box 0.3"), 0.4),
+    "bathroom": (mix("basket 1.5 laundry 1.5 bin 1 shoes 0.7 cleaning 0.8 box 0.3"), 0.6),
     "hall": (mix("bag 1 box 1 plant 1.5 bin 0.8 basket 0.5"), 0.05),
     "corridor": (mix("shoes 2.5 bag 1 box 1 basket 1 bin 0.4"), 0.3),
     "shop": (mix("box 2.5 basket 1.5 crate 1 bag 0.7"), 0.1),

@@ -9,7 +9,7 @@ import numpy as np
 
 from mixlight.data.rooms import shapes
 from mixlight.data.rooms.mesh import Part
-from mixlight.data.rooms.pieces.piece import Bodies, Piece, draft
+from mixlight.data.rooms.pieces.piece import Bodies, Piece, draft, draw_seed
 from mixlight.data.rooms.pieces.style import Style, tone
 from mixlight.data.rooms.pieces.wardrobes import hanging_cloth
 from mixlight.data.rooms.plan import Item, Surface
@@ -261,12 +261,9 @@ def _draw_hooks(rng: Random, style: Style) -> Item:
         style.upholstery_2,
         *(Surface("fabric", s.colour, roughness=0.95) for s in style.books[:3]),
     ]
-    return draft(
-        (rng.uniform(0.5, 1.1), 0.24, 1.25),
-        (style.wood, style.metal, *cloths),
-        seed=rng.randrange(1 << 20),
-        count=rng.randint(0, 5),
-    )
+    count = rng.randint(0, 5)
+    size = (rng.uniform(0.5, 1.1), 0.24, rng.uniform(0.75, 1.25) if count else 0.14)
+    return draft(size, (style.wood, style.metal, *cloths), seed=draw_seed(rng), count=count)
 
 
 def _hooks(item: Item) -> list[Part]:
@@ -291,8 +288,9 @@ def _hooks(item: Item) -> list[Part]:
                 0.006,
             ),
         )
-    for at in rng.sample(ats, min(item.parameters["count"], places)):
-        length = rng.uniform(0.5, 1.1)
+    longest = height - 0.06
+    for i, at in enumerate(rng.sample(ats, min(item.parameters["count"], places))):
+        length = longest * (1.0 if i == 0 else rng.uniform(0.5, 1.0))
         hanging_cloth(
             bodies,
             rng,
