@@ -75,12 +75,26 @@ def test_no_set_leaves_nothing(run: Run, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_damaged_room_is_named(run: Run, rooms: Path, tmp_path: Path) -> None:
+def test_a_damaged_room_is_named_once_and_others_take_its_place(
+    run: Run, rooms: Path, tmp_path: Path
+) -> None:
+    (rooms / "1.hdr").write_bytes(b"#?RADIANCE\nnothing")
+    status, out, err = run("rooms", "sheet", rooms, "--out", tmp_path / "a.jpg", "--count", 5, "--json")
+    line = json.loads(out)
+    assert status == 1
+    assert err.count("\n") == err.count("1.hdr") == 1
+    assert not line["ok"]
+    assert len(line["scenes"]) == 5
+    assert set(line["scenes"]) == {"0", "2"}
+    assert size(tmp_path / "a.jpg")[0] == line["width"]
+
+
+def test_nothing_to_be_shown_leaves_nothing(run: Run, rooms: Path, tmp_path: Path) -> None:
     for k in range(3):
         (rooms / f"{k}.hdr").write_bytes(b"#?RADIANCE\nnothing")
     status, _, err = run("rooms", "sheet", rooms, "--out", tmp_path / "a.jpg")
     assert status == 1
-    assert ".hdr" in err
+    assert "can be shown, got none" in err
     assert not (tmp_path / "a.jpg").exists()
 
 

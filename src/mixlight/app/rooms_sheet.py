@@ -2,9 +2,12 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mixlight.app.report import UsageError, complain, describe, print_json
+
+if TYPE_CHECKING:
+    from mixlight.data.rooms.sheet import Tile
 
 HELP = "a contact sheet of a set of rooms"
 
@@ -38,43 +41,56 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out.suffix.lower() not in (".jpg", ".jpeg"):
         raise UsageError(f"--out {arguments.out}: expected a name that ends in .jpg")
     try:
-        said = _make(arguments)
+        said, failed = _make(arguments)
     except (ValueError, OSError) as error:
         complain(describe(error))
         if arguments.as_json:
             print_json({"input": arguments.rooms, "ok": False, "error": describe(error)})
         return 1
     if arguments.as_json:
-        print_json({"input": arguments.rooms, "ok": True, "out": str(arguments.out), **said})
+        print_json({"input": arguments.rooms, "ok": not failed, "out": str(arguments.out), **said})
     else:
         size = f"{said['width']} x {said['height']}"
         print(f"{arguments.rooms} -> {arguments.out}  ({len(said['scenes'])} {said['kind']}, {size})")
-    return 0
+    return 1 if failed else 0
 
 
-def _make(arguments: argparse.Namespace) -> dict[str, Any]:
+def _make(arguments: argparse.Namespace) -> tuple[dict[str, Any], int]:
+    """What was made, and how many rooms could not be shown."""
     from tqdm import tqdm
 
     from mixlight.data.rooms.collection import read_set
     from mixlight.data.rooms.sheet import TILES, choose, lay_out, write_jpeg
 
     kind = "crops" if arguments.crops else "panoramas"
-    count, columns = _COUNTS[kind]
-    records = choose(read_set(arguments.rooms), arguments.count or count, arguments.seed)
-    tiles = [
-        # A room that comes twice is lit and seen anew.
-        TILES[kind](record, arguments.seed + 1000 * k)
-        for k, record in enumerate(tqdm(records, desc=kind, unit="room", disable=None, leave=False))
-    ]
-    sheet = lay_out(tiles, arguments.columns or columns)
+    count, columns = arguments.count or _COUNTS[kind][0], arguments.columns or _COUNTS[kind][1]
+    records = read_set(arguments.rooms)
+    scenes: list[str] = []
+    tiles: list[Tile] = []
+    bad: set[Path] = set()
+    with tqdm(total=count, desc=kind, unit="room", disable=None, leave=False) as bar:
+        # Enough in reserve that every room but one may be bad.
+        for k, record in enumerate(choose(records, count * len(records), arguments.seed)):
+            if len(tiles) == count:
+                break
+            if record.path in bad:
+                continue
+            try:
+                # A room that comes twice is lit and seen anew.
+                tiles.append(TILES[kind](record, arguments.seed + 1000 * k))
+            except (ValueError, OSError) as error:
+                complain(describe(error, str(record.path)))
+                bad.add(record.path)
+                continue
+            scenes.append(record.scene)
+            bar.update()
+    if not tiles:
+        raise ValueError(f"{arguments.rooms}: expected rooms that can be shown, got none")
+    sheet = lay_out(tiles, columns)
     quality = write_jpeg(sheet, arguments.out)
-    return {
-        "kind": kind,
-        "width": sheet.shape[1],
-        "height": sheet.shape[0],
-        "quality": quality,
-        "scenes": [record.scene for record in records],
-    }
+    height, width, _ = sheet.shape
+    said = {"kind": kind, "width": width, "height": height, "quality": quality, "scenes": scenes}
+    return said, len(bad)
 
 
 def _count(text: str) -> int:
