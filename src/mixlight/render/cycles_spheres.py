@@ -246,4 +246,3 @@ def _version(blender: Path) -> str:
         )
         program.run(script, [answer], timeout=300, blender=blender)
         return answer.read_text(encoding="utf-8")
-

@@ -87,7 +87,8 @@ def clearance(plan: Plan, point: Point3, *, over: bool = True) -> float:
             continue
         nearest = min(nearest, _to_footprint(item, x, y))
     for fixture in plan.fixtures:
-        if fixture.position[2] - fixture.size[2] / 2 < z + 0.3:
+        # A shade right overhead would fill half of the panorama.
+        if fixture.position[2] - fixture.size[2] / 2 < z + 0.3 + min(fixture.size[:2]):
             reach = max(fixture.size[0], fixture.size[1]) / 2 + 0.1
             nearest = min(nearest, math.hypot(fixture.position[0] - x, fixture.position[1] - y) - reach)
     for a, b, c, d, low, high in obstacles(plan.spaces[0]):
