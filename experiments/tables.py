@@ -573,6 +573,30 @@ def rooms() -> str:
     return "\n".join([about, _table(head, rows)])
 
 
+def room_statistics() -> str:
+    """The light of rendered rooms beside that of real interiors."""
+    from mixlight.data.rooms.stats import LABELS
+
+    path = RESULTS / "room_statistics.json"
+    if not path.is_file():
+        return ""
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    rows = []
+    for name, entry in found["statistics"].items():
+        spans = [
+            f"{low:.2f} / **{median:.2f}** / {high:.2f}"
+            for _, low, median, high, _ in (entry["rooms"], entry["reference"])
+        ]
+        rows.append([LABELS[name], *spans, entry["median"]])
+    head = (
+        "25 % / **median** / 75 %",
+        f"{found['panoramas']} panoramas of {found['rooms']} rooms",
+        found["reference"]["name"],
+        "the rooms' median",
+    )
+    return _table(head, rows)
+
+
 def detail() -> str:
     """The photo in the map: errors of the spheres with and without it, on test."""
     found = _detail()
@@ -778,6 +802,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "glow": glow,
     "room_storage": room_storage,
     "rooms": rooms,
+    "room-statistics": room_statistics,
     "detail": detail,
     "detail-variants": detail_variants,
     "turning": turning,

@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.as_json:
             print_json({"input": arguments.rooms, "ok": False, "error": describe(error)})
         return 1
-    measured, failed = _measure_all(records, arguments.recipes, arguments.seed)
+    measured, rooms, failed = _measure_all(records, arguments.recipes, arguments.seed)
     if not measured:
         message = f"{arguments.rooms}: expected rooms that can be measured, got none"
         complain(message)
@@ -64,7 +64,6 @@ def run(arguments: argparse.Namespace) -> int:
         except OSError as error:
             complain(describe(error, str(arguments.plot)))
             failed += 1
-    rooms = len({record.group for record in records})
     if arguments.as_json:
         line = {"input": arguments.rooms, "ok": not failed, "rooms": rooms, "panoramas": len(measured)}
         print_json(line | _document(rows, reference))
@@ -103,19 +102,21 @@ def _measured(table: str) -> "Reference":
 
 def _measure_all(
     records: "Sequence[PanoramaRecord]", recipes: int, seed: int
-) -> "tuple[list[RoomStatistics], int]":
-    """What could be measured, and how many files could not."""
+) -> "tuple[list[RoomStatistics], int, int]":
+    """What could be measured, of how many rooms, and how many files could not."""
     from mixlight.data.rooms.collection import relit
     from mixlight.data.rooms.stats import measure
 
-    measured, failed = [], 0
+    measured: list[RoomStatistics] = []
+    rooms, failed = set(), 0
     for record in _progress(records, "rooms"):
         try:
             measured += [measure(panorama) for panorama in relit(record, recipes, seed)]
+            rooms.add(record.group)
         except (ValueError, OSError) as error:
             complain(describe(error, str(record.path)))
             failed += 1
-    return measured, failed
+    return measured, len(rooms), failed
 
 
 def _progress(records: "Sequence[PanoramaRecord]", what: str) -> "Iterable[PanoramaRecord]":
