@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from random import Random
 
-from mixlight.data.rooms.furnish.mixes import BENCH, DESK, FLOOR, GOODS, TOPS
+from mixlight.data.rooms.furnish.mixes import BENCH, DESK, FLOOR, GOODS, HUNG, TOPS
 from mixlight.data.rooms.furnish.room import Room
 from mixlight.data.rooms.furnish.tops import tops_of
 from mixlight.data.rooms.palette import choose
 
 __all__ = ["ceilings", "floors", "tops", "walls"]
+
+
+_MOST_ON_WALLS = {"clock": 1, "mirror": 2, "board": 3, "hooks": 2}
+"""In one space."""
 
 
 def tops(room: Room) -> None:
@@ -84,35 +89,19 @@ def walls(room: Room) -> None:
                 )
     if not any(item.kind == "radiator" for item in room.items[room.first :]) and room.chance(0.35):
         room.hang("radiator", bottom=0.12)
+    options, per_metre = HUNG[kind]
     perimeter = sum(edge.length for edge in ground.edges)
-    per_metre = {
-        "living": 0.36,
-        "bedroom": 0.36,
-        "office": 0.2,
-        "kitchen": 0.24,
-        "bathroom": 0.35,
-        "hall": 0.12,
-        "corridor": 0.25,
-        "shop": 0.12,
-        "workshop": 0.1,
-        "empty": 0.02,
-    }[kind]
+    widest = 0.6 if kind == "bathroom" else 2.0
+    count: Counter[str] = Counter()
     for _ in range(_about(rng, 1.2 * perimeter * per_metre * room.density**0.5)):
-        what = choose(
-            rng,
-            [
-                ("picture", 6),
-                ("mirror", 0.8 if home else 0.3),
-                ("wall_shelf", 1.2 if home or kind == "office" else 0.5),
-                ("clock", 0.6),
-                ("board", 0.4 if home else 1.5),
-            ],
-        )
-        if what == "picture" and room.chance(0.3):
+        what = choose(rng, options)
+        if count[what] >= _MOST_ON_WALLS.get(what, 99):
+            continue
+        if what == "picture" and widest > 1.0 and room.chance(0.3):
             _group(room)
-        else:
-            room.hang(what, middle=(1.35, 1.7))
-    if room.chance(0.5):
+        elif room.hang(what, middle=(1.35, 1.7), width=widest) is not None:
+            count[what] += 1
+    if not count["clock"] and room.chance(0.4):
         room.hang("clock", middle=(1.7, 2.1))
     for what, often in (
         ("air_conditioner", 0.12 if kind != "corridor" else 0.02),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["BENCH", "DESK", "FLOOR", "GOODS", "MORE", "TOPS", "mix"]
+__all__ = ["BENCH", "DESK", "FLOOR", "GOODS", "HUNG", "MORE", "TOPS", "mix"]
 
 Mix = tuple[tuple[str, float], ...]
 
@@ -117,6 +117,23 @@ FLOOR: dict[str, tuple[Mix, float]] = {
     "empty": (mix("box 2 cable 1"), 0.02),
 }
 """What lies about on the floor, and how many a square metre."""
+
+
+_AT_HOME = mix("picture 6 wall_shelf 1.3 mirror 0.8 clock 0.5 board 0.3")
+_AT_WORK = mix("picture 4 board 1.5 wall_shelf 1 clock 0.5 sign 0.7 mirror 0.2")
+HUNG: dict[str, tuple[Mix, float]] = {
+    "living": (_AT_HOME, 0.36),
+    "bedroom": (_AT_HOME, 0.36),
+    "kitchen": (mix("wall_shelf 3 picture 2.5 clock 0.5 board 0.6 hooks 0.6 towel_rail 0.5"), 0.24),
+    "bathroom": (mix("towel_rail 2 wall_shelf 2 picture 1.2 hooks 1 mirror 0.4 wall_cabinet 0.6"), 0.35),
+    "corridor": (mix("picture 5 hooks 1 mirror 0.8 wall_shelf 0.5 board 0.3 clock 0.3"), 0.25),
+    "office": (_AT_WORK, 0.2),
+    "hall": (_AT_WORK, 0.12),
+    "shop": (_AT_WORK, 0.14),
+    "workshop": (mix("board 1 wall_shelf 2 sign 1.5 picture 1.5 tool_board 1.5 clock 0.4"), 0.16),
+    "empty": (_AT_HOME, 0.02),
+}
+"""What hangs on walls, and how many a metre of wall."""
 
 
 MORE: dict[str, tuple[Mix, float, float]] = {
