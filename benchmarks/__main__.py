@@ -26,9 +26,13 @@ def main(wanted: list[str]) -> None:
         verdict = "met" if row.ratio <= row.limit else "not met"
         print(
             f"| {row.name} | {row.ours} | {row.reference} | {row.seconds[0]:.3f} / {row.seconds[1]:.3f} "
-            f"| {row.ratio:.2f} ({low:.2f} to {high:.2f}) | {row.limit:g} | {verdict} |",
+            f"| {_ratio(row.ratio)} ({_ratio(low)} to {_ratio(high)}) | {row.limit:g} | {verdict} |",
             flush=True,
         )
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.2f}" if value >= 0.1 else f"{value:.2g}"
 
 
 def _processor() -> str:

@@ -36,7 +36,7 @@ from mixlight.image.cache import cache_folder
 from mixlight.light.reflection import Material
 from mixlight.light.sphere_camera import SphereCamera
 from mixlight.render.cycles_spheres import CyclesSpheres, Job
-from mixlight.render.spheres import SphereRenderer
+from mixlight.render.spheres import FINE_RIM, SphereRenderer
 from mixlight.sphere import equirect, frames
 
 
@@ -52,7 +52,6 @@ SETTINGS: dict[Scene, Setting] = {
     "S": Setting(SphereCamera.perspective((16.0, 2.0, 0.0), 85.0, 36.0, 256, 144).cropped(), 512),
     "M": Setting(SphereCamera.orthographic(64), 1024),
 }
-FINE = math.radians(0.35)
 MITSUBA_SAMPLES = 1024
 
 
@@ -124,7 +123,7 @@ def against_cycles(scene: Scene, maps: list[Tensor], seeds: int, cache: Path) ->
     names = [material.name for material in found.materials]
     if found.rim_step == math.inf:
         # Protocol M samples a mirror's rim more coarsely than it could: what that costs.
-        fine = SphereRenderer(camera=setting.camera, materials=found.materials[2:], rim_step=FINE)
+        fine = SphereRenderer(camera=setting.camera, materials=found.materials[2:], rim_step=FINE_RIM)
         pictures = torch.cat([pictures, fine.render(torch.stack(maps))[:, :, ours.mask].double()], 1)
         names.append("mirror, fine rim")
     references = []
@@ -189,7 +188,7 @@ def against_mitsuba(maps: list[Tensor]) -> dict[str, Any]:
     }
     result: dict[str, Any] = {"version": mitsuba.__version__, "samples": MITSUBA_SAMPLES}
     for name, camera in cameras.items():
-        ours = SphereRenderer(camera=camera, materials=materials, interpolation="linear", rim_step=FINE)
+        ours = SphereRenderer(camera=camera, materials=materials, interpolation="linear", rim_step=FINE_RIM)
         ratios = []
         for environment in maps:
             means = ours.render(environment)[:, covered(camera)].mean((1, 2)).tolist()

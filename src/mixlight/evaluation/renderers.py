@@ -16,7 +16,7 @@ from mixlight.light.sphere_camera import SphereCamera
 from mixlight.light.surfaces import PRINCIPLED
 from mixlight.render.cycles_spheres import CyclesSpheres, Job
 from mixlight.render.rings import Interpolation
-from mixlight.render.spheres import SphereRenderer
+from mixlight.render.spheres import FINE_RIM, SphereRenderer
 
 __all__ = [
     "SCENES",
@@ -38,10 +38,6 @@ Scene = Literal["M", "S"]
 """Camera, materials and picture size: protocol M's orthographic set, or protocol S's perspective one."""
 
 SCENES: tuple[Scene, ...] = ("M", "S")
-
-
-_RIM_STEP_S = math.radians(0.35)
-"""Half a texel of a map of 128x256, as a mirror sees it."""
 
 
 @runtime_checkable
@@ -103,7 +99,7 @@ def scene_of(scene: Scene) -> SphereScene:
         return SphereScene(SphereCamera.orthographic(64), (64, 64), MATERIALS, "constant", math.inf)
     if scene == "S":
         camera = SphereCamera.perspective((16.0, 2.0, 0.0), 85.0, 36.0, 960, 540)
-        return SphereScene(camera.cropped(), (540, 960), PRINCIPLED, "linear", _RIM_STEP_S)
+        return SphereScene(camera.cropped(), (540, 960), PRINCIPLED, "linear", FINE_RIM)
     raise ValueError(f"expected a scene out of {', '.join(SCENES)}, got {scene!r}")
 
 

@@ -27,6 +27,9 @@ from mixlight.render import rings
 from mixlight.render.rings import Interpolation, RingTransport, bag_offsets
 from mixlight.sphere import equirect, grid
 
+FINE_RIM = math.radians(0.35)
+"""A `rim_step` of half a texel of a map of 128x256, as a mirror sees it: enough for its rim."""
+
 _SAMPLES_ACROSS = 256
 """Samples across the disc for diffuse and GGX spheres, whose pictures are smooth."""
 
