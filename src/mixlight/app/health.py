@@ -181,13 +181,13 @@ def programs() -> Iterator[Check]:
 
 
 def _blender() -> Check:
-    from mixlight.blender.program import BlenderError, BlenderMissing, find_blender, install_commands, run
+    from mixlight.blender.program import BlenderError, BlenderMissing, find_blender, install_command, run
 
-    command = " && ".join(install_commands().splitlines())
+    command = install_command()
     try:
         path = find_blender()
     except BlenderMissing as error:
-        detail = _first_line(str(error)).partition(". ")[0]  # the commands follow, which `command` holds
+        detail = _first_line(str(error)).partition(". ")[0]  # the command follows
         return Check("program", "Blender", "missing", detail, command)
     script = "import sys, bpy\nopen(sys.argv[-1], 'w').write(bpy.app.version_string)\n"
     with tempfile.TemporaryDirectory() as name:

@@ -17,7 +17,7 @@ __all__ = [
     "BlenderMissing",
     "BlenderTimeout",
     "find_blender",
-    "install_commands",
+    "install_command",
     "run",
 ]
 
@@ -48,15 +48,14 @@ class BlenderMissing(BlenderError):
     """No Blender was found; the message says how to get one."""
 
 
-def install_commands() -> str:
-    """The shell commands that put Blender where `find_blender` looks.
+def install_command() -> str:
+    """The shell command that puts Blender where `find_blender` looks.
 
-    >>> print(install_commands().replace(str(_home()), "HOME"))
-    python3.11 -m venv HOME
-    HOME/bin/python -m pip install "bpy==5.0.1" "numpy<2"
+    >>> print(install_command().replace(str(_home()), "HOME"))
+    python3.11 -m venv HOME && HOME/bin/python -m pip install "bpy==5.0.1" "numpy<2"
     """
     home = _home()
-    return f'python3.11 -m venv {home}\n{home}/bin/python -m pip install "bpy=={_RELEASE}" "numpy<2"'
+    return f'python3.11 -m venv {home} && {home}/bin/python -m pip install "bpy=={_RELEASE}" "numpy<2"'
 
 
 def find_blender() -> Path:
@@ -66,16 +65,16 @@ def find_blender() -> Path:
     ``~/.local/share``). That it works shows when it runs.
 
     Raises:
-        BlenderMissing: there is no such program; the message holds the commands that install it.
+        BlenderMissing: there is no such program; the message holds the command that installs it.
     """
     named = os.environ.get(VARIABLE)
     path = Path(named).expanduser() if named else _home() / "bin" / "python"
     if path.is_file() and os.access(path, os.X_OK):
         return path.absolute()  # not resolved: a virtual environment is known by its link
     found = f"{VARIABLE} names {path}, which is no program" if named else f"{path} does not exist"
-    commands = "\n".join(f"  {line}" for line in install_commands().splitlines())
     raise BlenderMissing(
-        f"expected Blender, received none ({found}). Blender needs an environment of its own:\n{commands}\n"
+        f"expected Blender, received none ({found}). Blender needs an environment of its own:\n"
+        f"  {install_command()}\n"
         f"or set {VARIABLE} to a Python that can import bpy, or to a Blender program"
     )
 

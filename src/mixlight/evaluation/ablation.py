@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import platform
+import re
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -36,6 +37,9 @@ __all__ = ["Piece", "ablate", "pieces"]
 _CHUNK = 32
 _ACTIVE = 1e-4
 """Anchors with a smaller share of the sources' light count as off."""
+
+_NUMBERS = re.compile(r"\[\s+([-+.\deE,\s]+?)\s+\]")
+"""A list of nothing but numbers, which takes one line of a file."""
 
 _PROTOCOL = {
     "letter": "M",
@@ -312,8 +316,10 @@ def _read(path: Path, parts: Sequence[Part]) -> dict[str, Any] | None:
 
 
 def _write(path: Path, value: Mapping[str, Any]) -> None:
+    text = json.dumps(value, indent=1, allow_nan=False)
+    text = _NUMBERS.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
     with atomic_path(path) as temporary:
-        Path(temporary).write_text(json.dumps(value, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        Path(temporary).write_text(text + "\n", encoding="utf-8")
 
 
 def _rounded(cells: Tensor) -> list[list[float]]:
