@@ -594,7 +594,12 @@ def room_statistics() -> str:
         found["reference"]["name"],
         "the rooms' median",
     )
-    return _table(head, rows)
+    made = found["set"]
+    about = (
+        f"Rooms of the seeds {made['seeds'][0]} to {made['seeds'][1]}, {made['width']}x{made['width'] // 2}, "
+        f"{made['samples']} paths a pixel, {found['recipes']} relightings each; commit `{made['commit']}`.\n"
+    )
+    return "\n".join([about, _table(head, rows)])
 
 
 def detail() -> str:

@@ -23,7 +23,7 @@ from mixlight.sphere import equirect
 
 __all__ = ["has_groups", "relightings"]
 
-_VERSION = 2
+_VERSION = 3
 """Raised whenever a remix of the same number becomes another one."""
 _BRIGHTEST = 6e4
 """Half floats end at 65504; what would be brighter makes the whole darker instead."""

@@ -29,13 +29,13 @@ _HOME: dict[str, tuple[float, float, float]] = {
     "screen": (0.35, 0.40, 0.40),
     "candle": (0.06, 0.45, 0.55),
     "neighbour": (0.20, 0.55, 0.65),
-    "pendant": (0.16, 0.42, 0.48),
+    "pendant": (0.42, 0.60, 0.62),
 }
 _WORK_LAMPS = {3000.0: 0.2, 3500.0: 0.15, 4000.0: 0.45, 5000.0: 0.12, 6000.0: 0.08}
 _WET_LAMPS = {2700.0: 0.3, 3000.0: 0.35, 4000.0: 0.3, 5000.0: 0.05}
 _HOME_LAMPS = {2400.0: 0.12, 2700.0: 0.5, 3000.0: 0.3, 4000.0: 0.08}
-_CEILING_HOME = (0.14, 0.32, 0.38)
-_CEILING_WORK = (0.62, 0.80, 0.88)
+_CEILING_HOME = (0.42, 0.55, 0.58)
+_CEILING_WORK = (0.82, 0.90, 0.92)
 
 
 def likely_times(room: str) -> tuple[float, float, float]:
@@ -52,7 +52,7 @@ def chance_on(kind: str, room: str, time: str) -> float:
         time: `day`, `dusk` or `night`.
 
     >>> chance_on("floor_lamp", "living", "day"), chance_on("panel", "office", "day")
-    (0.12, 0.62)
+    (0.12, 0.82)
     """
     column = ("day", "dusk", "night").index(time)
     if kind in _HOME and not (kind == "pendant" and room in _WORK):
