@@ -602,6 +602,22 @@ def room_statistics() -> str:
     return "\n".join([about, _table(head, rows)])
 
 
+def brightness() -> str:
+    """How much brighter than a photo the light around it is."""
+    path = RESULTS / "brightness.json"
+    if not path.is_file():
+        return ""
+    found: Json = json.loads(path.read_text(encoding="utf-8"))
+    rows = []
+    for name, row in found["groups"].items():
+        low, median, high = (f"{value:.2f}" for value in row["quartiles"])
+        rows.append(
+            [name, str(row["panoramas"]), f"{low} / **{median}** / {high}", f"{row['standard_deviation']:.2f}"]
+        )
+    head = ("panoramas", "number", "25 % / **median** / 75 %", "standard deviation")
+    return f"Commit `{found['provenance']['commit'][:10]}`.\n\n" + _table(head, rows)
+
+
 def detail() -> str:
     """The photo in the map: errors of the spheres with and without it, on test."""
     found = _detail()
@@ -814,6 +830,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "room_storage": room_storage,
     "rooms": rooms,
     "room-statistics": room_statistics,
+    "brightness": brightness,
     "detail": detail,
     "detail-variants": detail_variants,
     "turning": turning,
