@@ -1,4 +1,4 @@
-"""The light of a set of rooms beside that of real interiors, as `mixlight rooms stats` measures it, for the docs.
+"""The light of a set of rooms beside that of real interiors, as `mixlight rooms stats` measures it.
 
     python -m experiments.room_statistics SET --made-by COMMIT
 
@@ -40,7 +40,8 @@ def main() -> None:
     found |= {
         "recipes": arguments.recipes,
         "seed": arguments.seed,
-        "set": {key: header[key] for key in KEPT} | {"seeds": [seeds[0], seeds[-1]], "commit": arguments.made_by},
+        "set": {key: header[key] for key in KEPT}
+        | {"seeds": [seeds[0], seeds[-1]], "commit": arguments.made_by},
         "provenance": provenance(),
     }
     with atomic_path(RESULT) as temporary:

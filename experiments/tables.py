@@ -612,7 +612,12 @@ def brightness() -> str:
     for name, row in found["groups"].items():
         low, median, high = (f"{value:.2f}" for value in row["quartiles"])
         rows.append(
-            [name, str(row["panoramas"]), f"{low} / **{median}** / {high}", f"{row['standard_deviation']:.2f}"]
+            [
+                name,
+                str(row["panoramas"]),
+                f"{low} / **{median}** / {high}",
+                f"{row['standard_deviation']:.2f}",
+            ]
         )
     head = ("panoramas", "number", "25 % / **median** / 75 %", "standard deviation")
     return f"Commit `{found['provenance']['commit'][:10]}`.\n\n" + _table(head, rows)
