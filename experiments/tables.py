@@ -560,6 +560,7 @@ def rooms() -> str:
             row.append(f"{number['ratio']:.2f} ({low:.2f}–{high:.2f})")
         else:
             row.append("1")
+        row.append(" ".join(f"{score:.3f}" for score in entry["validation"]))
         rows.append(row)
     about = (
         f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of "
@@ -569,6 +570,7 @@ def rooms() -> str:
     head = (
         *("trained on", "real panoramas", "panoramas of rooms", "seeds"),
         *("diffuse RMSE", "diffuse si-RMSE", "matte RMSE", "diffuse RMSE over real only's"),
+        "score on val, by seed",
     )
     return "\n".join([about, _table(head, rows)])
 
