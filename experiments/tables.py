@@ -592,14 +592,15 @@ def room_statistics() -> str:
         rows.append([LABELS[name], *spans, entry["median"]])
     head = (
         "25 % / **median** / 75 %",
-        f"{found['panoramas']} panoramas of {found['rooms']} rooms",
+        f"{found['panoramas']} relightings of {found['rooms']} rooms",
         found["reference"]["name"],
         "the rooms' median",
     )
     made = found["set"]
     about = (
         f"Rooms of the seeds {made['seeds'][0]} to {made['seeds'][1]}, {made['width']}x{made['width'] // 2}, "
-        f"{made['samples']} paths a pixel, {found['recipes']} relightings each; commit `{made['commit']}`.\n"
+        f"{made['cameras']} camera each, {made['samples']} paths a pixel, rendered by `{made['commit']}`; "
+        f"{found['recipes']} relightings each, drawn by `{found['provenance']['commit'][:7]}`.\n"
     )
     return "\n".join([about, _table(head, rows)])
 
