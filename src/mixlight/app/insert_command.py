@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mixlight.app.arguments import whole
 from mixlight.app.batch import PHOTO_MEGAPIXELS, megapixels, number
 from mixlight.app.report import UsageError, complain, describe, print_json
 
@@ -71,11 +72,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--renderer", choices=("mitsuba", "blender"), default="mitsuba", help="(default: %(default)s)"
     )
     parser.add_argument(
-        "--samples", type=_whole(32, 65536), default=128, metavar="N",
+        "--samples", type=whole(32, 65536), default=128, metavar="N",
         help="samples for each pixel, at most (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
-        "--seed", type=_whole(0, 2**31 - 1), default=0, metavar="N", help="of the random numbers"
+        "--seed", type=whole(0, 2**31 - 1), default=0, metavar="N", help="of the random numbers"
     )
     parser.add_argument(
         "--layers",
@@ -317,18 +318,6 @@ def _angle(limit: float) -> Any:
         if not abs(value) <= limit:
             raise argparse.ArgumentTypeError(
                 f"expected a number from {-limit:g} to {limit:g}, received {text!r}"
-            )
-        return value
-
-    return read
-
-
-def _whole(low: int, high: int) -> Any:
-    def read(text: str) -> int:
-        value = int(text) if text.isdecimal() else -1
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(
-                f"expected a whole number from {low} to {high}, received {text!r}"
             )
         return value
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mixlight.app import rooms_assets, rooms_preview, rooms_sheet, rooms_stats
+from mixlight.app.arguments import whole
 from mixlight.app.report import UsageError, complain, describe, print_json
 
 if TYPE_CHECKING:
@@ -32,27 +33,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             actions.add_parser(name, help=module.HELP, description=module.__doc__, allow_abbrev=False)
         )
     parser.add_argument(
-        "--count", type=_whole(1, 10**6), metavar="N", help="how many rooms the set shall have"
+        "--count", type=whole(1, 10**6), metavar="N", help="how many rooms the set shall have"
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the set")
     parser.add_argument(
-        "--seed", type=_whole(0, 10**9), default=0, metavar="S",
+        "--seed", type=whole(0, 10**9), default=0, metavar="S",
         help="of the first room; the others follow it (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
-        "--width", type=_whole(64, 8192), default=1024, metavar="PIXELS",
+        "--width", type=whole(64, 8192), default=1024, metavar="PIXELS",
         help="of a panorama, which is half as high (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
-        "--samples", type=_whole(1, 65536), default=16, metavar="N",
+        "--samples", type=whole(1, 65536), default=16, metavar="N",
         help="light paths a pixel, before the noise is taken off (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
-        "--cameras", type=_whole(1, 64), default=3, metavar="K",
+        "--cameras", type=whole(1, 64), default=3, metavar="K",
         help="panoramas a room, each from another place (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
-        "--jobs", type=_whole(1, 256), default=1, metavar="J",
+        "--jobs", type=whole(1, 256), default=1, metavar="J",
         help="Blenders at a time, which share the cores (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
@@ -68,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-library", action="store_true", help="only furniture that MixLight makes up itself"
     )
     parser.add_argument(
-        "--timeout", type=_whole(1, 10**6), default=3600, metavar="SECONDS",
+        "--timeout", type=whole(1, 10**6), default=3600, metavar="SECONDS",
         help="give a room up after this long (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
@@ -172,17 +173,3 @@ def _skies(table: Path | None) -> "tuple[OutdoorSky, ...]":
     cache = os.environ.get("XDG_CACHE_HOME", "")
     base = Path(cache) if os.path.isabs(cache) else Path.home() / ".cache"
     return tuple(read_skies(table, base / "mixlight" / "skies"))
-
-
-def _whole(low: int, high: int) -> Any:
-    """The type of an option that takes a whole number."""
-
-    def parse(text: str) -> int:
-        value = int(text) if text.isdecimal() else -1
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(
-                f"expected a whole number from {low} to {high}, received {text!r}"
-            )
-        return value
-
-    return parse

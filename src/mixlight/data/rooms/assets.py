@@ -17,10 +17,12 @@ import subprocess
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from mixlight.blender.program import run
 from mixlight.data.rooms.attribution import attribution
@@ -237,6 +239,7 @@ def install(
     *,
     blender: str | os.PathLike[str] | None = None,
     timeout: float = 3600.0,
+    more: Callable[[Path], list[Model]] | None = None,
 ) -> Catalogue:
     """Make the library: a .blend file, its catalogue and ATTRIBUTION.txt, in the user's data folder.
 
@@ -248,6 +251,7 @@ def install(
         folder: where to put the library; `library_folder` if not given.
         blender: which Blender converts; the one that `find_blender` finds if not given.
         timeout: seconds that Blender may take; it takes about two minutes.
+        more: makes further models, with their files in the folder that it is given.
 
     Raises:
         AssetsError: the package cannot be had or read, or Blender made nothing of it.
@@ -265,7 +269,8 @@ def install(
         unpacked, version = unpack(source, work / "unpacked")
         models = models_in(unpacked)
         with atomic_folder(target, ours=_OURS) as made:
-            catalogue = _convert(models, made, work, version, blender, timeout)
+            further = more(work) if more is not None else []
+            catalogue = _convert([*models, *further], made, work, version, blender, timeout)
     return Catalogue(target / catalogue.blend.name, catalogue.entries, catalogue.origin)
 
 
@@ -309,7 +314,11 @@ def _convert(
     if not entries:
         raise AssetsError("Blender could read none of the models")
     left = {m.name: answers[m.name]["error"] for m in models if "error" in answers[m.name]}
-    catalogue = Catalogue(blend, entries, {"package": PACKAGE, "version": version, "left_out": left})
+    origin: dict[str, Any] = {"package": PACKAGE, "version": version, "left_out": left}
+    others = Counter(entry.source for entry in entries if not entry.source.startswith(PACKAGE))
+    if others:
+        origin["others"] = dict(others)
+    catalogue = Catalogue(blend, entries, origin)
     catalogue.save(folder)
     (folder / "ATTRIBUTION.txt").write_text(attribution(entries), encoding="utf-8")
     return catalogue

@@ -11,6 +11,7 @@ __all__ = ["attribution"]
 _LICENCES = {
     "CC0-1.0": "https://creativecommons.org/publicdomain/zero/1.0/",
     "CC-BY-3.0": "https://creativecommons.org/licenses/by/3.0/",
+    "BSD-3-Clause": "https://opensource.org/license/bsd-3-clause",
     "CC-BY-3.0-US": "https://creativecommons.org/licenses/by/3.0/us/",
 }
 """Full texts of the licences in the library."""
