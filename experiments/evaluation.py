@@ -28,6 +28,7 @@ from mixlight.data.panoramas import PanoramaRecord, load_panorama, read_table, s
 from mixlight.evaluation.statistics import paired_ratio
 from mixlight.image.atomic import atomic_path
 from mixlight.network.estimator import Estimator
+from mixlight.network.methods import AnyNet
 
 LETTERS = ("M", "S", "L")
 MODEL = "mixlight"
@@ -93,12 +94,13 @@ def ratios(rows: Sequence[dict[str, Any]], tables: dict[str, Any]) -> dict[str, 
 
 
 @torch.inference_mode()
-def camera_error(records: Sequence[PanoramaRecord]) -> dict[str, float]:
+def camera_error(records: Sequence[PanoramaRecord], model: AnyNet | None = None) -> dict[str, float]:
     """Median absolute error of pitch and roll in degrees, on views of their own with known poses.
 
-    Beside them stands what the best constant guess (the median of the true poses) reaches.
+    Beside them stands what the best constant guess (the median of the true poses) reaches. Without a model it
+    is the one in the box.
     """
-    model = Estimator.load("default").model
+    model = model or Estimator.load("default").model
     canonical = model.settings.canonical
     inside = torch.ones(canonical.height, canonical.width, dtype=torch.bool)
     found, true = [], []

@@ -1,0 +1,79 @@
+"""Trainings that might go into the box, side by side: light and camera on val, and the errors on test.
+
+    python -m experiments.retrained data/panoramas.csv data/rooms.csv --model S=default --model U=U.st
+
+Val decides; test stands beside it so that nothing that was seen is kept back.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import torch
+
+from experiments.evaluation import camera_error
+from experiments.representation import provenance
+from mixlight.data.evaluation_set import collect
+from mixlight.data.panoramas import read_table, select
+from mixlight.image.atomic import atomic_path
+from mixlight.network.estimator import Estimator
+from mixlight.render.spheres import SphereRenderer
+from mixlight.training.validation import ValidationSet, predicted_environments, score_spheres
+
+RESULT = Path(__file__).parent / "results" / "retrained.json"
+CELLS = tuple(f"{sphere}_{kind}" for kind in ("rmse", "si_rmse") for sphere in ("diffuse", "matte", "mirror"))
+ROOM_AZIMUTHS = 2
+
+
+def main() -> None:
+    """Score every model and write the result."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("tables", nargs=2, type=Path, help="real panoramas, and rooms")
+    parser.add_argument("--model", action="append", required=True, metavar="NAME=WEIGHTS")
+    arguments = parser.parse_args()
+    real, rooms = (read_table(table) for table in arguments.tables)
+    val = {"real": select(real, "val", ["indoor"]), "rooms": select(rooms, "val")}
+    models = {name: Estimator.load(path) for name, _, path in (m.partition("=") for m in arguments.model)}
+    canonical = next(iter(models.values())).model.settings.canonical
+    validation = ValidationSet([*val["real"], *val["rooms"]], canonical, ROOM_AZIMUTHS)
+    photos = collect(select(real, "test", ["indoor"]), canonical)
+    renderer = SphereRenderer(resolution=64)
+    rows = {}
+    for name, estimator in models.items():
+        model = estimator.model.eval()
+        cells = []
+        with torch.inference_mode():
+            for start in range(0, len(photos), 16):
+                batch = photos[start : start + 16]
+                found = model(torch.stack([sample.photo for sample in batch]))
+                predicted = predicted_environments(found, model.settings.sharpness)
+                true = torch.stack([sample.environment for sample in batch])
+                cells.append(score_spheres(renderer, predicted, true))
+            camera = {kind: camera_error(records, model) for kind, records in val.items()}
+        medians = torch.cat(cells).flatten(1).quantile(0.5, 0)
+        found_on_val = validation.evaluate(model)
+        rows[name] = {
+            "commit": estimator.card["commit"],
+            "seed": estimator.card["config"]["seed"],
+            "val": {key: round(value, 4) for key, value in found_on_val.items() if "score" in key},
+            "camera_on_val": {
+                kind: {key: round(value, 2) for key, value in row.items()} for kind, row in camera.items()
+            },
+            "test_medians": {c: round(float(v), 4) for c, v in zip(CELLS, medians, strict=True)},
+        }
+        print(name, rows[name])
+    result = {
+        "protocol": "M",
+        "test_views": len(photos),
+        "val_panoramas": {kind: len(records) for kind, records in val.items()},
+        "models": rows,
+        "provenance": provenance(),
+    }
+    with atomic_path(RESULT) as temporary:
+        temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
