@@ -605,6 +605,30 @@ def room_statistics() -> str:
     return "\n".join([about, _table(head, rows)])
 
 
+def retrained() -> str:
+    """Trainings that might go into the box: val, which decides, and test."""
+    path = RESULTS / "retrained.json"
+    if not path.is_file():
+        return ""
+    rows = []
+    for name, row in json.loads(path.read_text(encoding="utf-8"))["models"].items():
+        camera, test = row["camera_on_val"], row["test_medians"]
+        rows.append(
+            [
+                name,
+                *(f"{row['val'][key]:.4f}" for key in ("score", "real/score", "rooms/score")),
+                *(f"{camera[kind]['pitch_error_deg']:.1f}°" for kind in ("real", "rooms")),
+                *(
+                    f"{test[c]:.3f}"
+                    for c in ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse", "matte_si_rmse")
+                ),
+            ]
+        )
+    head = ("run", "val: score", "real", "rooms", "val: pitch, real", "pitch, rooms")
+    tested = ("test: diffuse RMSE", "diffuse si-RMSE", "matte RMSE", "matte si-RMSE")
+    return _table((*head, *tested), rows)
+
+
 def brightness() -> str:
     """How much brighter than a photo the light around it is."""
     path = RESULTS / "brightness.json"
@@ -839,6 +863,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "rooms": rooms,
     "room-statistics": room_statistics,
     "brightness": brightness,
+    "retrained": retrained,
     "detail": detail,
     "detail-variants": detail_variants,
     "turning": turning,

@@ -82,7 +82,7 @@ def make(count: int, folder: Path, *, timeout: float = 3600.0) -> list[Model]:
     Args:
         count: of each factory, with the seeds 0, 1, ...
         folder: where the OBJ files go.
-        timeout: seconds for all of them; a piece takes from a second to a minute.
+        timeout: seconds for all of them; a piece takes a few.
 
     Raises:
         AssetsError: no infinigen, or it made nothing.
