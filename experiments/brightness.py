@@ -1,6 +1,7 @@
 """How much brighter than a photo is the light around it? In real interiors, and in sets of rooms.
 
-    python -m experiments.brightness data/panoramas.csv prototype=data/rooms.csv rooms=SET/rooms.csv
+    python -m experiments.brightness data/panoramas.csv "prototype rooms=data/rooms.csv" \\
+        "rooms, seeds 7000 to 7103=SET/rooms.csv" --count 92
 
 What a network has to add to a photo is mostly this one number: the logarithm of the panorama's mean luminance
 over the mean luminance of the (linear, clipped) photo. The views are protocol M's. Rooms are lit as they were

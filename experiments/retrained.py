@@ -1,6 +1,6 @@
 """Trainings that might go into the box, side by side: light and camera on val, and the errors on test.
 
-    python -m experiments.retrained data/panoramas.csv data/rooms.csv --model S=default --model U=U.st
+    python -m experiments.retrained data/panoramas.csv data/rooms.csv --model S=default --model U=FILE
 
 Val decides; test stands beside it so that nothing that was seen is kept back.
 """
@@ -9,19 +9,19 @@ import argparse
 import json
 from pathlib import Path
 
+import numpy as np
 import torch
 
 from experiments.evaluation import camera_error
 from experiments.representation import provenance
+from experiments.rooms import CELLS, view_errors
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
 from mixlight.image.atomic import atomic_path
 from mixlight.network.estimator import Estimator
-from mixlight.render.spheres import SphereRenderer
-from mixlight.training.validation import ValidationSet, predicted_environments, score_spheres
+from mixlight.training.validation import ValidationSet
 
 RESULT = Path(__file__).parent / "results" / "retrained.json"
-CELLS = tuple(f"{sphere}_{kind}" for kind in ("rmse", "si_rmse") for sphere in ("diffuse", "matte", "mirror"))
 ROOM_AZIMUTHS = 2
 
 
@@ -39,20 +39,12 @@ def main() -> None:
     canonical = next(iter(models.values())).model.settings.canonical
     validation = ValidationSet([*val["real"], *val["rooms"]], canonical, ROOM_AZIMUTHS)
     photos = collect(select(real, "test", ["indoor"]), canonical)
-    renderer = SphereRenderer(resolution=64)
     rows = {}
     for name, estimator in models.items():
         model = estimator.model.eval()
-        cells = []
         with torch.inference_mode():
-            for start in range(0, len(photos), 16):
-                batch = photos[start : start + 16]
-                found = model(torch.stack([sample.photo for sample in batch]))
-                predicted = predicted_environments(found, model.settings.sharpness)
-                true = torch.stack([sample.environment for sample in batch])
-                cells.append(score_spheres(renderer, predicted, true))
             camera = {kind: camera_error(records, model) for kind, records in val.items()}
-        medians = torch.cat(cells).flatten(1).quantile(0.5, 0)
+        medians = np.median(view_errors(model, photos), 0)
         found_on_val = validation.evaluate(model)
         rows[name] = {
             "commit": estimator.card["commit"],

@@ -37,6 +37,7 @@ from mixlight.data.relit import has_groups
 from mixlight.data.rooms.store import read_room
 from mixlight.image.atomic import atomic_path
 from mixlight.network.estimator import Estimator
+from mixlight.network.model import MixLightNet
 from mixlight.render.spheres import SphereRenderer
 from mixlight.training.validation import SPHERES, predicted_environments, score_spheres
 
@@ -243,19 +244,25 @@ def _cells(
     entry = cache / f"{folder.name}-{digest.hexdigest()[:16]}.json"
     if entry.is_file():
         return np.array(json.loads(entry.read_text(encoding="utf-8")))
+    cells = view_errors(estimator.model, samples)
+    cache.mkdir(parents=True, exist_ok=True)
+    with atomic_path(entry) as temporary:
+        temporary.write_text(json.dumps(np.round(cells, 6).tolist()), encoding="utf-8")
+    return np.round(cells, 6)
+
+
+def view_errors(model: MixLightNet, samples: Sequence[EvaluationSample]) -> np.ndarray:
+    """[views, 6] errors of a network, in the order of `CELLS`."""
     renderer = SphereRenderer(resolution=64)
-    model, rows = estimator.model.eval(), []
+    model.eval()
+    rows = []
     with torch.inference_mode():
         for start in range(0, len(samples), _BATCH):
             batch = samples[start : start + _BATCH]
             found = model(torch.stack([sample.photo for sample in batch]))
             predicted = predicted_environments(found, model.settings.sharpness)
             rows.append(score_spheres(renderer, predicted, torch.stack([s.environment for s in batch])))
-    cells = torch.cat(rows).flatten(1).double().numpy()
-    cache.mkdir(parents=True, exist_ok=True)
-    with atomic_path(entry) as temporary:
-        temporary.write_text(json.dumps(np.round(cells, 6).tolist()), encoding="utf-8")
-    return np.round(cells, 6)
+    return torch.cat(rows).flatten(1).double().numpy()
 
 
 def _run(name: str, card: Mapping[str, Any], labels: Mapping[str, str], cells: np.ndarray) -> Run:
