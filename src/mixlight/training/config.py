@@ -82,6 +82,11 @@ class TrainingConfig:
     Sets the values that make up the method; what the file says itself stands above them."""
     seed: int = 0
     """Seed of weights, views and dropout; at least 0."""
+    members: int = 1
+    """Number of trainings whose weights are averaged to the model. All start from the same weights, those of
+    `seed`, so that they end near enough to each other to be averaged, and each sees other views."""
+    member: int = 0
+    """Which of the members a run is; its views and dropout are drawn from `views_seed`."""
     steps: int = 1000
     """Number of optimiser steps."""
     batch_size: int = 32
@@ -133,10 +138,10 @@ class TrainingConfig:
     def __post_init__(self) -> None:
         if not self.tables:
             raise ValueError("expected at least one CSV table in tables, got none")
-        for name in ("steps", "batch_size", "validate_every", "checkpoint_every"):
+        for name in ("members", "steps", "batch_size", "validate_every", "checkpoint_every"):
             if getattr(self, name) < 1:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
-        for name in ("seed", "validation_rooms", "workers", "frozen_views"):
+        for name in ("seed", "member", "validation_rooms", "workers", "frozen_views"):
             if getattr(self, name) < 0:
                 raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
         if self.method not in PRESETS:
@@ -150,6 +155,15 @@ class TrainingConfig:
                 f"expected the same number of anchors in labels and model, got {self.labels.anchors} and "
                 f"{self.model.anchors}"
             )
+
+    @property
+    def views_seed(self) -> int:
+        """Seed of views and dropout: of a first member the `seed` itself, of later ones far from it."""
+        return self.seed + 10_007 * self.member
+
+    def split_members(self) -> tuple[TrainingConfig, ...]:
+        """The configs of the members' own runs."""
+        return tuple(dataclasses.replace(self, members=1, member=k) for k in range(self.members))
 
 
 def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) -> TrainingConfig:

@@ -29,6 +29,7 @@ from mixlight.training.card import commit, make_card, versions
 from mixlight.training.config import WORDS, OptimiserSettings, TrainingConfig, differences, to_plain
 from mixlight.training.features import FeatureBank, FeatureBatch, cached_bank
 from mixlight.training.log import RunLog
+from mixlight.training.members import train_members
 from mixlight.training.objective import Truth, make_objective, truth_of
 from mixlight.training.schedule import freeze, make_optimiser, rate_share, set_rate, set_training_mode
 from mixlight.training.validation import ValidationSet
@@ -62,7 +63,8 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
         cache: where labels are kept between runs; the user's cache folder if not given.
 
     Returns:
-        The path of the model: the averaged weights with the best validation score, in float16.
+        The path of the model: the averaged weights with the best validation score, in float16; of a config
+        with several `members` the mean of theirs.
 
     Raises:
         ValueError: bad tables, panoramas or backbone weights; or `out` holds a run with another config or
@@ -71,7 +73,13 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
         OSError: a file is missing or cannot be read, or `out` cannot be written.
         ImportError: `tensorboard = true`, and it is not installed.
     """
-    return Run(config, out, resume=resume, cache=cache).finish()
+
+    def start(config: TrainingConfig, out: Path) -> Run:
+        return Run(config, out, resume=resume, cache=cache)
+
+    if config.members > 1:
+        return train_members(config, out, start, MODEL_FILE)
+    return start(config, out).finish()
 
 
 class _Steps(Dataset[Batch | FeatureBatch]):
@@ -167,7 +175,7 @@ class Run:
     def _batches(self) -> Iterator[Batch | FeatureBatch]:
         config = self.config
         steps = range(self.step, config.steps)
-        dataset = _Steps(self.training_set, config.seed, config.batch_size)
+        dataset = _Steps(self.training_set, config.views_seed, config.batch_size)
         if not config.workers or config.frozen_views:
             return (dataset[step] for step in steps)
         # Forked workers share the panoramas' memory with this process.
@@ -220,7 +228,7 @@ class Run:
         set_training_mode(self.model, config.optimiser)
         set_rate(self.optimiser, rate_share(self.step, config.steps, config.optimiser))
         half = torch.autocast(self.device.type, torch.bfloat16, enabled=config.precision == "bfloat16")
-        with self._seeded(config.seed * 1_000_003 + self.step), half:
+        with self._seeded(config.views_seed * 1_000_003 + self.step), half:
             if isinstance(batch, FeatureBatch):
                 mean = batch.mean.to(self.device)
                 prediction = self.model.heads(batch.features.to(self.device), mean)
