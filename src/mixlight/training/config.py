@@ -82,15 +82,15 @@ class TrainingConfig:
     Sets the values that make up the method; what the file says itself stands above them."""
     seed: int = 0
     """Seed of weights, views and dropout; at least 0."""
+    steps: int = 1000
+    """Number of optimiser steps."""
+    batch_size: int = 32
+    """Views a step."""
     members: int = 1
     """Number of trainings whose weights are averaged to the model. All start from the same weights, those of
     `seed`, so that they end near enough to each other to be averaged, and each sees other views."""
     member: int = 0
     """Which of the members a run is; its views and dropout are drawn from `views_seed`."""
-    steps: int = 1000
-    """Number of optimiser steps."""
-    batch_size: int = 32
-    """Views a step."""
     precision: str = "float32"
     """`float32` or `bfloat16` (autocast of the network; the loss stays in float32)."""
     validate_every: int = 100

@@ -1,7 +1,8 @@
 """Several trainings from one start, averaged to one network.
 
-Networks that start at the same weights and see other views end in one valley of the loss, where their mean is
-about as good as their ensemble, and costs no more to run than one (Wortsman et al., "Model soups", ICML 2022).
+Networks that start at the same weights and see other views end in one valley of the loss, where their mean
+is about as good as their ensemble, and costs no more to run than one (Wortsman et al., "Model soups", ICML
+2022).
 """
 
 from __future__ import annotations

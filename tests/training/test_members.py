@@ -1,0 +1,107 @@
+"""Members of a training: one start, other views, and the mean of their weights."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+import torch
+
+from mixlight.network import weights
+from mixlight.network.estimator import Estimator
+from mixlight.training.config import TrainingConfig, read_config
+from mixlight.training.loop import MODEL_FILE, Run, train
+from mixlight.training.members import average
+from tests.synthetic import CONFIG, write_dataset
+
+pytestmark = pytest.mark.usefixtures("quick")
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory: pytest.TempPathFactory) -> TrainingConfig:
+    tiny = CONFIG.replace("[model]", '[model]\nbackbone = "tiny"').replace(
+        "workers", 'backbone_weights = "none"\nworkers'
+    )
+    return dataclasses.replace(
+        read_config(write_dataset(tmp_path_factory.mktemp("data"), tiny)), seed=3, members=2
+    )
+
+
+@pytest.fixture(scope="module")
+def trained(config: TrainingConfig, quick: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("run")
+    assert train(config, out, cache=Path(config.tables[0]).parent / "cache") == out / MODEL_FILE
+    return out
+
+
+def test_members_start_from_the_same_weights_and_see_other_views(
+    config: TrainingConfig, tmp_path: Path
+) -> None:
+    cache = Path(config.tables[0]).parent / "cache"
+    runs = [
+        Run(member, tmp_path / str(member.member), resume=False, cache=cache)
+        for member in config.split_members()
+    ]
+    one, other = (run.model.state_dict() for run in runs)
+    assert all(torch.equal(one[name], other[name]) for name in one)
+    first, second = (next(iter(run._batches())) for run in runs)
+    assert not torch.equal(first.photo, second.photo)
+    for run in runs:
+        run.log.close()
+
+
+def test_the_model_is_the_mean_of_the_members(trained: Path) -> None:
+    members = [weights.load(trained / f"member-{k}" / MODEL_FILE)[0] for k in range(2)]
+    found, card = weights.load(trained / MODEL_FILE)
+    moved = 0
+    for name, value in found.items():
+        if value.is_floating_point():
+            mean = (members[0][name].double() + members[1][name].double()) / 2
+            assert torch.allclose(value.double(), mean, rtol=1e-3, atol=1e-7), name
+            moved += int(not torch.equal(members[0][name], members[1][name]))
+    assert moved > 10
+    assert [member["views_seed"] for member in card["members"]] == [3, 10010]
+    assert card["config"]["members"] == 2
+    assert card["validation"]["score"] > 0
+    assert all(member["validation"]["score"] != card["validation"]["score"] for member in card["members"])
+    Estimator.load(trained / MODEL_FILE).estimate(torch.rand(48, 64, 3), 1.0)
+
+
+def test_a_stopped_training_goes_on_and_one_more_member_may_be_added(
+    trained: Path, config: TrainingConfig
+) -> None:
+    cache = Path(config.tables[0]).parent / "cache"
+    before = (trained / MODEL_FILE).read_bytes()
+    (trained / MODEL_FILE).unlink()
+    train(config, trained, cache=cache)
+    assert (trained / MODEL_FILE).read_bytes() == before
+    train(dataclasses.replace(config, members=3), trained, cache=cache)
+    assert len(weights.load(trained / MODEL_FILE)[1]["members"]) == 3
+
+
+def test_a_folder_of_another_training_is_refused(trained: Path, config: TrainingConfig) -> None:
+    with pytest.raises(ValueError, match=r"member-0: holds a run with another config \(seed: 3 -> 4\)"):
+        train(dataclasses.replace(config, seed=4), trained, cache=Path(config.tables[0]).parent / "cache")
+
+
+def test_the_average_of_one_network_is_itself_and_counters_are_kept() -> None:
+    state = {"w": torch.tensor([[0.25, -3.0]], dtype=torch.float16), "n": torch.tensor(7)}
+    found = average([state])
+    assert torch.equal(found["w"], state["w"].float())
+    assert found["n"] == 7
+    assert found["n"].dtype == torch.int64
+    weighted = average([{"w": torch.full((2,), 60000.0, dtype=torch.float16)}] * 3)
+    assert torch.equal(weighted["w"], torch.full((2,), 60000.0))  # the sum would leave float16's range
+    assert average([state, state, state])["w"].dtype == torch.float32
+
+
+@pytest.mark.parametrize("states", [[], [{"a": torch.ones(2)}, {"b": torch.ones(2)}],
+                                    [{"a": torch.ones(2)}, {"a": torch.ones(3)}]])  # fmt: skip
+def test_networks_that_do_not_match_are_not_averaged(states: list[dict[str, torch.Tensor]]) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        average(states)
+
+
+@pytest.mark.parametrize("change", [{"members": 0}, {"member": -1}])
+def test_a_count_below_one_is_refused(config: TrainingConfig, change: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="expected member"):
+        dataclasses.replace(config, **change)  # type: ignore[arg-type]
