@@ -36,7 +36,7 @@ from mixlight.image.cache import cache_folder
 from mixlight.light.reflection import Material
 from mixlight.light.sphere_camera import SphereCamera
 from mixlight.render.cycles_spheres import CyclesSpheres, Job
-from mixlight.render.spheres import FINE_RIM, SphereRenderer
+from mixlight.render.spheres import SphereRenderer
 from mixlight.sphere import equirect, frames
 
 
@@ -113,19 +113,9 @@ def protocol_map(scene: Scene, record: PanoramaRecord) -> Tensor:
 def against_cycles(scene: Scene, maps: list[Tensor], seeds: int, cache: Path) -> dict[str, Any]:
     """Errors of each sphere."""
     setting, found = SETTINGS[scene], scene_of(scene)
-    ours = SphereRenderer(
-        camera=setting.camera,
-        materials=found.materials,
-        interpolation=found.interpolation,
-        rim_step=found.rim_step,
-    )
+    ours = SphereRenderer(camera=setting.camera, materials=found.materials, interpolation=found.interpolation)
     pictures = ours.render(torch.stack(maps))[:, :, ours.mask].double()
     names = [material.name for material in found.materials]
-    if found.rim_step == math.inf:
-        # Protocol M samples a mirror's rim more coarsely than it could: what that costs.
-        fine = SphereRenderer(camera=setting.camera, materials=found.materials[2:], rim_step=FINE_RIM)
-        pictures = torch.cat([pictures, fine.render(torch.stack(maps))[:, :, ours.mask].double()], 1)
-        names.append("mirror, fine rim")
     references = []
     for seed in range(1, seeds + 1):
         cycles = CyclesSpheres(Job(setting.camera, found.materials, setting.samples, seed), cache=cache)
@@ -135,7 +125,7 @@ def against_cycles(scene: Scene, maps: list[Tensor], seeds: int, cache: Path) ->
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in names}
     for k in range(len(maps)):
         for i, name in enumerate(names):
-            rows[name].append(errors(pictures[k, i], [r[k, min(i, 2)] for r in references]))
+            rows[name].append(errors(pictures[k, i], [r[k, i] for r in references]))
     return {
         "blender": cycles.version,
         "panoramas": len(maps),
@@ -188,7 +178,7 @@ def against_mitsuba(maps: list[Tensor]) -> dict[str, Any]:
     }
     result: dict[str, Any] = {"version": mitsuba.__version__, "samples": MITSUBA_SAMPLES}
     for name, camera in cameras.items():
-        ours = SphereRenderer(camera=camera, materials=materials, interpolation="linear", rim_step=FINE_RIM)
+        ours = SphereRenderer(camera=camera, materials=materials, interpolation="linear")
         ratios = []
         for environment in maps:
             means = ours.render(environment)[:, covered(camera)].mean((1, 2)).tolist()

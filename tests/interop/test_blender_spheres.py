@@ -32,12 +32,7 @@ def test_pictures(version: str, scene: str, tmp_path: Path) -> None:
     """Within .3, 1 and 1 percent. Two seeds are independent, so (x - A)(x - B) is x's error without noise."""
     found, camera = scene_of(scene), CAMERAS[scene]
     environment = display.encode(room(128, 4))
-    ours = SphereRenderer(
-        camera=camera,
-        materials=found.materials,
-        interpolation=found.interpolation,
-        rim_step=math.radians(0.35),
-    )
+    ours = SphereRenderer(camera=camera, materials=found.materials, interpolation=found.interpolation)
     x = ours.render(environment)[:, ours.mask].clamp(max=1)
     a, b = (
         CyclesSpheres(

@@ -12,7 +12,7 @@ from torch import Tensor
 from mixlight.app.preview import Marker
 from mixlight.image import exr, radiance
 from mixlight.light.lights import Light
-from mixlight.render.spheres import FINE_RIM, SphereRenderer
+from mixlight.render.spheres import SphereRenderer
 from mixlight.sphere import camera, equirect, frames
 
 __all__ = ["light_markers", "photo_outline", "read_map", "sphere_renderer"]
@@ -60,7 +60,7 @@ def read_map(path: str | Path, *, max_pixels: int) -> tuple[Float[Tensor, "heigh
 @lru_cache(maxsize=2)
 def sphere_renderer(resolution: int) -> SphereRenderer:
     """The renderer of spheres of that many pixels; read-only, as it is kept for the next call."""
-    return SphereRenderer(resolution, rim_step=FINE_RIM)
+    return SphereRenderer(resolution)
 
 
 def light_markers(lights: Sequence[Light]) -> list[Marker]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
@@ -16,7 +15,7 @@ from mixlight.light.sphere_camera import SphereCamera
 from mixlight.light.surfaces import PRINCIPLED
 from mixlight.render.cycles_spheres import CyclesSpheres, Job
 from mixlight.render.rings import Interpolation
-from mixlight.render.spheres import FINE_RIM, SphereRenderer
+from mixlight.render.spheres import SphereRenderer
 
 __all__ = [
     "SCENES",
@@ -78,8 +77,6 @@ class SphereScene:
     """Of the diffuse, the matte and the mirror sphere."""
     interpolation: Interpolation
     """What a map is between its texels' centres."""
-    rim_step: float
-    """Largest step between the exact renderer's samples in a mirror's rim pixels, in radians."""
 
 
 def scene_of(scene: Scene) -> SphereScene:
@@ -96,10 +93,10 @@ def scene_of(scene: Scene) -> SphereScene:
     ((540, 960), 282)
     """
     if scene == "M":
-        return SphereScene(SphereCamera.orthographic(64), (64, 64), MATERIALS, "constant", math.inf)
+        return SphereScene(SphereCamera.orthographic(64), (64, 64), MATERIALS, "constant")
     if scene == "S":
         camera = SphereCamera.perspective((16.0, 2.0, 0.0), 85.0, 36.0, 960, 540)
-        return SphereScene(camera.cropped(), (540, 960), PRINCIPLED, "linear", FINE_RIM)
+        return SphereScene(camera.cropped(), (540, 960), PRINCIPLED, "linear")
     raise ValueError(f"expected a scene out of {', '.join(SCENES)}, got {scene!r}")
 
 
@@ -178,7 +175,6 @@ def matrix(scene: Scene, *, cache: Path | None = None) -> Renderer:
         camera=found.camera,
         materials=found.materials,
         interpolation=found.interpolation,
-        rim_step=found.rim_step,
         cache=cache_folder("spheres") if cache is None else cache,
     )
     return SceneRenderer(spheres, found.frame)

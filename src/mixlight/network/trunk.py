@@ -53,14 +53,20 @@ class Trunk(nn.Module, ABC, Generic[Light]):
         nn.init.normal_(self.outputs.weight, std=0.01)
         nn.init.zeros_(self.outputs.bias)
 
+    def hidden(
+        self, features: Float[Tensor, "batch channels rows columns"], mean: Float[Tensor, "batch 3"]
+    ) -> Float[Tensor, "batch hidden"]:
+        """What the last layer, which is linear, takes."""
+        pooled = features.mean((2, 3))
+        grid = functional.adaptive_avg_pool2d(self.reduce(features), self.grid).flatten(1)
+        values: Tensor = self.trunk(torch.cat([pooled, grid, mean.log()], 1))
+        return values
+
     def raw(
         self, features: Float[Tensor, "batch channels rows columns"], mean: Float[Tensor, "batch 3"]
     ) -> Float[Tensor, "batch outputs"]:
-        """The outputs as the last layer gives them, in float32."""
-        pooled = features.mean((2, 3))
-        grid = functional.adaptive_avg_pool2d(self.reduce(features), self.grid).flatten(1)
-        hidden = self.trunk(torch.cat([pooled, grid, mean.log()], 1))
-        numbers: Tensor = self.outputs(hidden)
+        """The outputs of the last layer, in float32; the last two are pitch and roll in radians."""
+        numbers: Tensor = self.outputs(self.hidden(features, mean))
         return numbers.float()
 
     @abstractmethod

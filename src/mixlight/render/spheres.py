@@ -27,9 +27,6 @@ from mixlight.render import rings
 from mixlight.render.rings import Interpolation, RingTransport, bag_offsets
 from mixlight.sphere import equirect, grid
 
-FINE_RIM = math.radians(0.35)
-"""A `rim_step` of half a texel of a map of 128x256, as a mirror sees it: enough for its rim."""
-
 _SAMPLES_ACROSS = 256
 """Samples across the disc for diffuse and GGX spheres, whose pictures are smooth."""
 
@@ -72,7 +69,7 @@ class SphereRenderer(nn.Module):
         *,
         camera: SphereCamera | None = None,
         interpolation: Interpolation = "constant",
-        rim_step: float = math.inf,
+        rim_step: float | None = None,
         cache: Path | None = None,
     ) -> None:
         """Build the tables, or take those that were built before.
@@ -86,7 +83,8 @@ class SphereRenderer(nn.Module):
             interpolation: What a map is between its texels' centres for diffuse and rough materials. Mirrors
                 always read it bilinearly.
             rim_step: Largest step between a mirror's samples in its rim pixels, in radians of the angle of
-                incidence (`picture_samples`). Not limited in protocol M.
+                incidence (`picture_samples`); half a texel of the map as the mirror sees it if not given,
+                which is enough: finer steps come no nearer to a path tracer.
             cache: Folder where tables are kept between runs (`mixlight.image.cache.cache_folder`); nothing is
                 kept if not given.
 
@@ -99,6 +97,7 @@ class SphereRenderer(nn.Module):
         self.camera = SphereCamera.orthographic(resolution) if camera is None else camera
         self.height = height
         self.materials = tuple(materials)
+        rim_step = math.pi / (4 * height) if rim_step is None else rim_step
         key = self._key(interpolation, rim_step)
         path = None if cache is None else cache / f"{key}.safetensors"
         if path is None or not self._load(path):

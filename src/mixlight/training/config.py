@@ -87,10 +87,14 @@ class TrainingConfig:
     batch_size: int = 32
     """Views a step."""
     members: int = 1
-    """Number of trainings whose weights are averaged to the model. All start from the same weights, those of
-    `seed`, so that they end near enough to each other to be averaged, and each sees other views."""
+    """Number of trainings whose weights are averaged to the model, as far as that is better on val. All start
+    from the same weights, those of `seed`, so that they end near enough to each other to be averaged, and
+    each sees other views."""
     member: int = 0
     """Which of the members a run is; its views and dropout are drawn from `views_seed`."""
+    camera_views: int = 0
+    """Above 0 the model's outputs for the camera's pose are fitted anew at the end, to this many training
+    views; its light stays as it is (`mixlight.training.camera`)."""
     precision: str = "float32"
     """`float32` or `bfloat16` (autocast of the network; the loss stays in float32)."""
     validate_every: int = 100
@@ -141,7 +145,7 @@ class TrainingConfig:
         for name in ("members", "steps", "batch_size", "validate_every", "checkpoint_every"):
             if getattr(self, name) < 1:
                 raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
-        for name in ("seed", "member", "validation_rooms", "workers", "frozen_views"):
+        for name in ("seed", "member", "camera_views", "validation_rooms", "workers", "frozen_views"):
             if getattr(self, name) < 0:
                 raise ValueError(f"expected {name} of at least 0, got {getattr(self, name)}")
         if self.method not in PRESETS:
@@ -162,8 +166,10 @@ class TrainingConfig:
         return self.seed + 10_007 * self.member
 
     def split_members(self) -> tuple[TrainingConfig, ...]:
-        """The configs of the members' own runs."""
-        return tuple(dataclasses.replace(self, members=1, member=k) for k in range(self.members))
+        """The configs of the members' own runs; the camera is fitted to their average alone."""
+        return tuple(
+            dataclasses.replace(self, members=1, member=k, camera_views=0) for k in range(self.members)
+        )
 
 
 def read_config(path: str | Path, overrides: Mapping[str, Any] | None = None) -> TrainingConfig:

@@ -8,7 +8,7 @@ import json
 import math
 import multiprocessing
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import torch
@@ -25,6 +25,7 @@ from mixlight.network import weights
 from mixlight.network.methods import AnyNet, create
 from mixlight.network.model import mean_linear_colour
 from mixlight.training import checkpoint as checkpoints
+from mixlight.training.camera import fit_camera
 from mixlight.training.card import commit, make_card, versions
 from mixlight.training.config import WORDS, OptimiserSettings, TrainingConfig, differences, to_plain
 from mixlight.training.features import FeatureBank, FeatureBatch, cached_bank
@@ -73,13 +74,13 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
         OSError: a file is missing or cannot be read, or `out` cannot be written.
         ImportError: `tensorboard = true`, and it is not installed.
     """
+    if config.members == 1:
+        return Run(config, out, resume=resume, cache=cache).finish()
 
-    def start(config: TrainingConfig, out: Path) -> Run:
-        return Run(config, out, resume=resume, cache=cache)
+    def start(member: TrainingConfig) -> Run:
+        return Run(member, out / f"member-{member.member}", resume=resume, cache=cache)
 
-    if config.members > 1:
-        return train_members(config, out, start, MODEL_FILE)
-    return start(config, out).finish()
+    return train_members(config, out, start)
 
 
 class _Steps(Dataset[Batch | FeatureBatch]):
@@ -136,8 +137,7 @@ class Run:
         checkpoints.remove_leftovers(self._checkpoint)
         self.log = RunLog(out, self.step, config.tensorboard)
         self.log.write({"step": self.step, "kind": "start", "commit": commit(), **versions()})
-        with atomic_path(out / CONFIG_FILE) as temporary:
-            temporary.write_text(json.dumps(to_plain(config), indent=2) + "\n", encoding="utf-8")
+        self.write_config()
 
     def finish(self) -> Path:
         """Runs the remaining steps and writes the model."""
@@ -163,9 +163,30 @@ class Run:
                     started += time.monotonic() - paused
                 if self.step % config.checkpoint_every == 0 or last:
                     self._save_checkpoint()
-        path = self.out / MODEL_FILE
-        card = make_card(config, self.training_set.records, self.best_metrics)
-        weights.save(path, self.best, card, half=True)
+        return self.write(self.best, self.best_metrics, {})
+
+    def write_config(self) -> None:
+        """Writes the config, defaults included, beside the model."""
+        with atomic_path(self.out / CONFIG_FILE) as temporary:
+            temporary.write_text(json.dumps(to_plain(self.config), indent=2) + "\n", encoding="utf-8")
+
+    def write(
+        self, state: Mapping[str, Tensor], metrics: Mapping[str, float], more: Mapping[str, object]
+    ) -> Path:
+        """Writes weights as the model of the run, with a camera that is fitted to them if the config says so.
+
+        Args:
+            state: the weights.
+            metrics: what they are on val.
+            more: what else the card says.
+        """
+        config, path = self.config, self.out / MODEL_FILE
+        if config.camera_views:
+            self.model.load_state_dict(state)
+            fit_camera(self.model, self._batches_aside(-(-config.camera_views // config.batch_size)))
+            state = self.model.state_dict()
+        card = make_card(config, self.training_set.records, metrics)
+        weights.save(path, state, {**card, **more}, half=True)
         return path
 
     @property
@@ -294,13 +315,16 @@ class Run:
     def _start_from_mean(self) -> None:
         """Sets the output biases to the mean photo-relative light of a few training batches."""
         truths, means = [], []
-        for k in range(_MEAN_BATCHES):
-            # Steps far beyond the run's own.
-            batch = self.training_set.batch(self.config.seed, 2**31 - 1 - k, self.config.batch_size)
+        for batch in self._batches_aside(_MEAN_BATCHES):
             means.append(batch.mean if isinstance(batch, FeatureBatch) else mean_linear_colour(batch.photo))
             truths.append(truth_of(batch))
         together = Truth.joined(truths)
         self.objective.start(self.model, together.scaled(1 / torch.cat(means)))
+
+    def _batches_aside(self, count: int) -> Iterator[Batch | FeatureBatch]:
+        """Batches of steps far beyond the run's own."""
+        for k in range(count):
+            yield self.training_set.batch(self.config.seed, 2**31 - 1 - k, self.config.batch_size)
 
     def _saved(self) -> checkpoints.Checkpoint | None:
         """The checkpoint to go on from, if there is one."""
