@@ -43,7 +43,8 @@ _NUMBERS = re.compile(r"\[\s+([-+.\deE,\s]+?)\s+\]")
 
 _PROTOCOL = {
     "letter": "M",
-    "spheres": "diffuse, matte, mirror; 64 x 64 pixels, orthographic, linear, unclipped; mirror sampled every half texel",
+    "spheres": "diffuse, matte, mirror; 64 x 64 pixels, orthographic, linear, unclipped; "
+    "mirror sampled every half texel",
     "rmse": "over the sphere's pixels and channels, in the photo's exposure",
     "pitch_deg": -8,
     "fov_deg": 60,
