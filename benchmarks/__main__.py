@@ -1,47 +1,48 @@
-"""Prints the table of benchmarks as Markdown: `python -m benchmarks [a b c d e f]`."""
+"""Measures the benchmarks and prints their table: `python -m benchmarks [a b c d e f] [--out JSON]`."""
 
-import importlib.metadata
-import platform
-import sys
-
-import torch
+import argparse
+import json
+from pathlib import Path
+from typing import Any
 
 from benchmarks import cold_start, estimate, fit, slsparsemax, spheres, training_step
+from benchmarks.report import HEAD, basis, cells, made_on, save
+from benchmarks.timing import Result
 
 ROWS = {"a": estimate, "b": cold_start, "c": slsparsemax, "d": fit, "e": training_step, "f": spheres}
 
 
-def main(wanted: list[str]) -> None:
-    versions = ", ".join(
-        f"{name} {importlib.metadata.version(name)}" for name in ("mixlight", "torch", "numpy")
-    )
-    print(
-        f"{_processor()}, {torch.get_num_threads()} threads, Python {platform.python_version()}, {versions}\n"
-    )
-    print("| | ours | against | seconds | ratio (quartiles) | limit | |")
-    print("|---|---|---|---|---|---|---|")
-    for name in wanted or ROWS:
-        row = ROWS[name].measure()
-        low, high = row.spread
-        verdict = "met" if row.ratio <= row.limit else "not met"
-        print(
-            f"| {row.name} | {row.ours} | {row.reference} | {row.seconds[0]:.3f} / {row.seconds[1]:.3f} "
-            f"| {_ratio(row.ratio)} ({_ratio(low)} to {_ratio(high)}) | {row.limit:g} | {verdict} |",
-            flush=True,
-        )
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("rows", nargs="*", metavar="ROW", help="a to f (default: all)")
+    parser.add_argument("--out", type=Path, help="JSON file; rows that are not measured now stay in it")
+    arguments = parser.parse_args()
+    unknown = set(arguments.rows) - set(ROWS)
+    if unknown:
+        parser.error(f"expected rows out of {', '.join(ROWS)}, got {', '.join(sorted(unknown))}")
+    kept = arguments.out is not None and arguments.out.is_file()
+    rows = json.loads(arguments.out.read_text(encoding="utf-8"))["rows"] if kept else {}
+    about = made_on()
+    print(f"{basis(about)}\n\n| {' | '.join(HEAD)} |\n{'|---' * len(HEAD)}|")
+    for name in arguments.rows or ROWS:
+        rows[name] = as_json(ROWS[name].measure(), about)
+        print(f"| {' | '.join(cells(name, rows[name]))} |", flush=True)
+        if arguments.out:
+            save(arguments.out, {"rows": dict(sorted(rows.items()))})
 
 
-def _ratio(value: float) -> str:
-    return f"{value:.2f}" if value >= 0.1 else f"{value:.2g}"
-
-
-def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as lines:
-            return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()
+def as_json(row: Result, about: dict[str, Any]) -> dict[str, Any]:
+    """One row of the table."""
+    return {
+        "ours": row.ours,
+        "against": row.reference,
+        "seconds": [round(value, 4) for value in row.seconds],
+        "ratio": round(row.ratio, 5),
+        "quartiles": [round(value, 5) for value in row.spread],
+        "limit": row.limit,
+        "made_on": about,
+    }
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

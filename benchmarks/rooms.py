@@ -1,16 +1,19 @@
 """What a room costs: core-seconds by kind of work, and how many rooms a core makes in an hour.
 
-    python -m benchmarks.rooms [SEED [COUNT [WIDTH [SAMPLES]]]]
+    python -m benchmarks.rooms [--seed N] [--count N] [--width W] [--samples N] [--out JSON]
 
 Time is counted as CPU time of Blender and of everything around it, so that what else the machine does hardly
 matters; on an idle machine with one Blender on all cores it is wall time times cores.
 """
 
-import sys
+import argparse
+import json
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
+from benchmarks.report import made_on, save
 from mixlight.data.rooms.catalogue import Catalogue
 from mixlight.data.rooms.job import Settings
 from mixlight.data.rooms.render import Outcome, Rooms, render_rooms
@@ -19,36 +22,47 @@ SHARE = 0.05
 """Of the time that may go into anything but Cycles and its denoiser."""
 
 
-def main(seed: int = 0, count: int = 4, width: int = 1024, samples: int = 16) -> None:
-    rooms = Rooms(Settings(width, samples), 1, Catalogue.find())
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the first room")
+    parser.add_argument("--count", type=int, default=4)
+    parser.add_argument("--width", type=int, default=1024)
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--out", type=Path, help="JSON file")
+    arguments = parser.parse_args()
+    rooms = Rooms(Settings(arguments.width, arguments.samples), 1, Catalogue.find())
+    seeds = range(arguments.seed, arguments.seed + arguments.count)
+    about = made_on()
     with tempfile.TemporaryDirectory() as folder:
         before = time.process_time()
-        outcomes = render_rooms(range(seed, seed + count), Path(folder) / "set", rooms)
+        outcomes = render_rooms(seeds, Path(folder) / "set", rooms)
         around = time.process_time() - before
-    print(table([outcome for outcome in outcomes if outcome.error is None], around))
+    found = costs([outcome for outcome in outcomes if outcome.error is None], around)
+    settings = {key: getattr(arguments, key) for key in ("seed", "count", "width", "samples")}
+    result = {**settings, **found, "made_on": about}
+    print(json.dumps(result, indent=1))
+    if arguments.out:
+        save(arguments.out, result)
 
 
-def table(outcomes: list[Outcome], around: float) -> str:
-    """Markdown; `around` is what the host spent."""
+def costs(outcomes: list[Outcome], around: float) -> dict[str, Any]:
+    """Core-seconds a panorama by kind of work; `around` is what the host spent."""
     count = len(outcomes)
-    cores = {
+    blender = {
         kind: sum(o.core_seconds[kind] for o in outcomes) / count for kind in ("build", "render", "denoise")
     }
-    rows = {
-        "plan, files, packing (MixLight)": around / count,
-        "scene (Blender)": cores["build"],
-        "light paths (Cycles)": cores["render"],
-        "denoising of every group, and raw files (Blender)": cores["denoise"],
+    spent = {"host": around / count, **blender}
+    total = sum(spent.values())
+    return {
+        "rooms": count,
+        "core_seconds": {kind: round(value, 3) for kind, value in spent.items()},
+        "panoramas_an_hour_and_core": round(3600 / total, 1),
+        "share_not_cycles": round((spent["host"] + spent["build"]) / total, 4),
+        "limit": SHARE,
     }
-    total = sum(rows.values())
-    lines = ["| work | core-seconds a panorama | share |", "|---|---|---|"]
-    lines += [f"| {name} | {value:.2f} | {100 * value / total:.1f} % |" for name, value in rows.items()]
-    lines.append(f"| all | {total:.2f} | {3600 / total:.0f} panoramas an hour and core |")
-    other = (rows["plan, files, packing (MixLight)"] + rows["scene (Blender)"]) / total
-    verdict = "met" if other <= SHARE else "not met"
-    lines.append(f"\nNot Cycles: {100 * other:.1f} %, limit {100 * SHARE:g} %: {verdict}")
-    return "\n".join(lines)
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    main()

@@ -1,6 +1,6 @@
 """Maps a second of the exact sphere renderer and of Cycles at the same error.
 
-    python -m benchmarks.spheres_blender data/panoramas.csv
+    python -m benchmarks.spheres_blender data/panoramas.csv [--out JSON]
 
 Both render protocol S's three spheres at 960x540. Cycles' error falls with the square root of the number of
 samples; the number at which it is as far from the truth as ours comes from
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import torch
 
+from benchmarks.report import made_on, save
 from mixlight.data import display
 from mixlight.data.panoramas import read_table, select
 from mixlight.evaluation.protocols import find
@@ -31,8 +32,10 @@ def main() -> None:
     parser.add_argument("--accuracy", type=Path, default=Path("experiments/results/sphere_accuracy.json"))
     parser.add_argument("--maps", type=int, default=2)
     parser.add_argument("--samples", type=int, default=8, help="of the timed pictures (default: %(default)s)")
+    parser.add_argument("--out", type=Path, help="JSON file")
     arguments = parser.parse_args()
 
+    about = made_on()
     measured = json.loads(arguments.accuracy.read_text())["scenes"]["S"]
     records = select(read_table(arguments.table), "test", ["indoor"])[: arguments.maps]
     maps = [display.encode(next(find("S").samples(r, 1)).environment.float()) for r in records]
@@ -53,9 +56,11 @@ def main() -> None:
         for samples in (arguments.samples, 5 * arguments.samples)
     )
     by_sphere = {}
+    sample_seconds = 0.0
     for i, material in enumerate(found.materials):
         spent = [statistics.median(report["processor_seconds"][i::count]) for report in (few, many)]
         of_one = (spent[1] - spent[0]) / (4 * arguments.samples)
+        sample_seconds += of_one
         error, noise = (measured["spheres"][material.name][key] for key in ("error", "noise"))
         # The accuracy was measured on pixels of another size; what counts is the number of samples in one.
         needed = measured["samples"] * (noise / error) ** 2
@@ -65,19 +70,21 @@ def main() -> None:
             "cycles_seconds": round(of_one * needed, 2),
         }
     cycles = sum(row["cycles_seconds"] for row in by_sphere.values())
-    print(
-        json.dumps(
-            {
-                "maps_per_processor_second": round(1 / ours, 2),
-                "maps_per_processor_second_cycles": round(1 / cycles, 5),
-                "ratio": round(cycles / ours),
-                "blender": few["version"],
-                "threads": torch.get_num_threads(),
-                "spheres": by_sphere,
-            },
-            indent=1,
-        )
-    )
+    result = {
+        "maps": len(maps),
+        "samples": [arguments.samples, 5 * arguments.samples],
+        "maps_per_processor_second": round(1 / ours, 2),
+        "maps_per_processor_second_cycles": round(1 / cycles, 7),
+        "cycles_seconds_of_1024_samples": round(1024 * sample_seconds, 1),
+        "ratio": round(cycles / ours),
+        "blender": few["version"],
+        "threads": torch.get_num_threads(),
+        "spheres": by_sphere,
+        "made_on": about,
+    }
+    print(json.dumps(result, indent=1))
+    if arguments.out:
+        save(arguments.out, result)
 
 
 if __name__ == "__main__":

@@ -108,7 +108,8 @@ def compare(scene: str, panorama: Tensor, estimator: Estimator, samples: int, im
     view = camera.view(panorama, HEIGHT, WIDTH, FOV, azimuth, PITCH)
     gain = exposure_gain(view, torch.ones(HEIGHT, WIDTH, dtype=torch.bool))
     true = equirect.rotate_azimuth(panorama, azimuth) * gain
-    seen_by = SceneCamera(*photo.size, fov, estimate.pitch, estimate.roll)
+    # The camera is the one that took the photo: what is compared is the light alone.
+    seen_by = SceneCamera(*photo.size, fov, PITCH, 0.0)
     model = load_model(setting.object)
     placement = place(
         seen_by, *model.bounds, *setting.at, scale=setting.scale, turn=math.radians(setting.turn_deg)

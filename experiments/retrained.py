@@ -2,7 +2,8 @@
 
     python -m experiments.retrained data/panoramas.csv data/rooms.csv --model S=default --model U=FILE
 
-Val decides; test stands beside it so that nothing that was seen is kept back.
+Val decides; test stands beside it so that nothing that was seen is kept back. Of several files, with a `+`
+between them, it is the mean of their weights.
 """
 
 import argparse
@@ -18,7 +19,9 @@ from experiments.rooms import CELLS, view_errors
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
 from mixlight.image.atomic import atomic_path
+from mixlight.network import weights
 from mixlight.network.estimator import Estimator
+from mixlight.training.members import average
 from mixlight.training.validation import ValidationSet
 
 RESULT = Path(__file__).parent / "results" / "retrained.json"
@@ -31,11 +34,11 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("tables", nargs=2, type=Path, help="real panoramas, and rooms")
-    parser.add_argument("--model", action="append", required=True, metavar="NAME=WEIGHTS")
+    parser.add_argument("--model", action="append", required=True, metavar="NAME=WEIGHTS[+WEIGHTS...]")
     arguments = parser.parse_args()
     real, rooms = (read_table(table) for table in arguments.tables)
     val = {"real": select(real, "val", ["indoor"]), "rooms": select(rooms, "val")}
-    models = {name: Estimator.load(path) for name, _, path in (m.partition("=") for m in arguments.model)}
+    models = {name: load(paths.split("+")) for name, _, paths in (m.partition("=") for m in arguments.model)}
     canonical = next(iter(models.values())).model.settings.canonical
     validation = ValidationSet([*val["real"], *val["rooms"]], canonical, ROOM_AZIMUTHS)
     photos = collect(select(real, "test", ["indoor"]), canonical)
@@ -65,6 +68,15 @@ def main() -> None:
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+def load(paths: list[str]) -> Estimator:
+    """A model, or the mean of several."""
+    estimator = Estimator.load(paths[0])
+    if len(paths) > 1:
+        mean = average([weights.load(weights.find(path))[0] for path in paths])
+        weights.load_into(estimator.model, mean)
+    return estimator
 
 
 if __name__ == "__main__":

@@ -122,6 +122,7 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
                 ("both", {"room": weight}),
             ):
                 overrides = [f"tables={tables}", f"seed={seed}", "model.height=96", "model.width=128"]
+                overrides += ["members=1", "camera_views=0"]
                 overrides += [f"sampling.weights.{key}={value}" for key, value in weights.items()]
                 sets = " ".join(f"--set '{override}'" for override in overrides)
                 run = f"runs/{name}-{size}_{what}_{seed}"

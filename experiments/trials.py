@@ -2,7 +2,8 @@
 
     python experiments/trials.py runs/a runs/b ... --out experiments/results/trials.json
 
-Reads `config.json` and `log.jsonl` of each run. Runs that were stopped early are marked by their last step.
+Reads `config.json` and `log.jsonl` of each run. Runs that were stopped early are marked by their last step. Of a
+run with several members, which has no step of its own, it is the card of the model.
 """
 
 import argparse
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mixlight.image.atomic import atomic_path
+from mixlight.network import weights
 
 CELLS = tuple(
     f"{kind}/{cell}"
@@ -31,6 +33,9 @@ def main() -> None:
     differing = [k for k in keys if len({json.dumps(c.get(k)) for c in configs.values()}) > 1]
     trials = []
     for run in arguments.runs:
+        if not (run / "log.jsonl").is_file():
+            trials.append(_averaged(run) | {"config": {key: configs[run.name].get(key) for key in differing}})
+            continue
         records = [json.loads(line) for line in (run / "log.jsonl").read_text().splitlines()]
         checks = [r for r in records if r["kind"] == "validation"]
         best = min(checks, key=lambda r: r["score"])
@@ -52,6 +57,28 @@ def main() -> None:
         print(f"{run.name:10s} best at {best['step']:5d}", *(f"{best[cell]:.3f}" for cell in CELLS))
     with atomic_path(arguments.out) as temporary:
         Path(temporary).write_text(json.dumps({"split": "val", "trials": trials}, indent=1) + "\n")
+
+
+def _averaged(run: Path) -> dict[str, Any]:
+    """A mean of members."""
+    _, card = weights.load(run / "model.safetensors")
+    found = card["validation"]
+    return {
+        "run": run.name,
+        "commit": card["commit"],
+        "last_step": None,
+        "best_step": None,
+        "best_score": round(found["score"], 5),
+        "best": {cell: round(found[cell], 5) for cell in CELLS},
+        "members": [
+            {
+                "averaged": row["averaged"],
+                "step": row["validation"]["step"],
+                "score": round(row["validation"]["score"], 5),
+            }
+            for row in card["members"]
+        ],
+    }
 
 
 def _score(check: dict[str, Any]) -> float | None:

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import tables
 from experiments.rooms import CELLS, Condition, Run, _run, check_equal, summarise, write_tables
+from experiments.tables import results
+from experiments.tables.rooms import rooms as written
 from mixlight.data.panoramas import read_table, select
 from mixlight.training.config import read_config
 from tests.data.rooms.lit import lit_plan, write_room
@@ -86,6 +87,10 @@ def test_trainings_differ_in_their_data_and_rooms_keep_their_share(sets: Path) -
         configs[words[words.index("--out") + 1]] = read_config(root / words[2], values)
     rooms, both = configs["runs/set-4_rooms_1"], configs["runs/set-4_both_1"]
     assert rooms.seed == both.seed == 1
+    assert (rooms.members, rooms.camera_views) == (
+        1,
+        0,
+    )  # one training each, whatever the model in the box is
     assert rooms.tables == both.tables == (str(sets / "panoramas.csv"), str(sets / "out" / "set-4.csv"))
     assert {key for key, weight in rooms.sampling.weights.items() if weight} == {"room"}
     assert both.sampling.weights["indoor"] == 2.0
@@ -176,8 +181,8 @@ def test_a_seed_may_come_once() -> None:
 def test_the_table_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import json
 
-    monkeypatch.setattr(tables, "RESULTS", tmp_path)
-    assert tables.rooms() == ""
+    monkeypatch.setattr(results, "FOLDER", tmp_path)
+    assert written() == ""
     result = {
         "protocol": "M",
         "split": "test",
@@ -188,7 +193,7 @@ def test_the_table_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         "conditions": summarise([a_run(), a_run(BOTH, factor=0.5)], SCENES),
     }
     (tmp_path / "rooms.json").write_text(json.dumps(result))
-    text = tables.rooms()
+    text = written()
     assert "96 photos of 12 panoramas (indoor); commit `0123456789`" in text
     assert "| real and rooms: set | 92 | 50 | 1 |" in text
     assert "0.50 (0.50–0.50)" in text
