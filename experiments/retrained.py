@@ -8,6 +8,7 @@ between them, it is the mean of their weights.
 
 import argparse
 import json
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -71,12 +72,14 @@ def main() -> None:
 
 
 def load(paths: list[str]) -> Estimator:
-    """A model, or the mean of several."""
-    estimator = Estimator.load(paths[0])
-    if len(paths) > 1:
-        mean = average([weights.load(weights.find(path))[0] for path in paths])
-        weights.load_into(estimator.model, mean)
-    return estimator
+    """A model, or the mean of several, with the card of the first."""
+    if len(paths) == 1:
+        return Estimator.load(paths[0])
+    found = [weights.load(weights.find(path)) for path in paths]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "mean.safetensors"
+        weights.save(file, average([state for state, _ in found]), found[0][1], half=True)
+        return Estimator.load(file)
 
 
 if __name__ == "__main__":

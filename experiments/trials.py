@@ -2,8 +2,8 @@
 
     python experiments/trials.py runs/a runs/b ... --out experiments/results/trials.json
 
-Reads `config.json` and `log.jsonl` of each run. Runs that were stopped early are marked by their last step. Of a
-run with several members, which has no step of its own, it is the card of the model.
+Reads `config.json` and `log.jsonl` of each run. Runs that were stopped early are marked by their last step.
+A run of several members has no step of its own; there it is the card of the model.
 """
 
 import argparse

@@ -36,7 +36,8 @@ def rooms_cost(found: Json) -> str:
     size = f"{found['width']} x {found['width'] // 2}, {found['samples']} paths a pixel"
     return (
         f"{found['rooms']} furnished rooms, one panorama each, {size}, in core-seconds a panorama "
-        f"(`python -m benchmarks.rooms --seed {found['seed']} --count {found['count']}`). {basis(found['made_on'])}\n\n"
+        f"(`python -m benchmarks.rooms --seed {found['seed']} --count {found['count']}`). "
+        f"{basis(found['made_on'])}\n\n"
         + table(("work", "core-seconds", "share"), rows)
         + f"\nNot Cycles: {100 * other:.1f} %; at most {100 * limit:g} % is wanted: {verdict}.\n"
     )
@@ -56,8 +57,8 @@ def spheres_cost(found: Json) -> str:
     ]
     return (
         table(("sphere", "our error", "samples of Cycles for it", "processor time of Cycles a map"), rows)
-        + f"\nExact spheres: {found['maps_per_processor_second']:.0f} maps a processor second, all three together, "
-        f"{_two(found['ratio'])} times as many as Cycles. At 1024 samples Cycles takes "
+        + f"\nExact spheres: {found['maps_per_processor_second']:.0f} maps a processor second, all three "
+        f"together, {_two(found['ratio'])} times as many as Cycles. At 1024 samples Cycles takes "
         f"{found['cycles_seconds_of_1024_samples']:.0f} s a map. Blender {found['blender']}. "
         f"{basis(found['made_on'])}\n"
     )
