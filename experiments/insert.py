@@ -70,6 +70,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("experiments/results/insert.json"))
     parser.add_argument("--images", type=Path, default=Path("docs/images"))
     arguments = parser.parse_args()
+    # Now, before the pictures that it writes change the tree.
+    made_by = subprocess.check_output(["git", "describe", "--always", "--dirty"], text=True).strip()
 
     records = {record.scene: record for record in read_table(arguments.table)}
     estimator = Estimator.load(arguments.model)
@@ -82,7 +84,7 @@ def main() -> None:
         "what": "an object lit by the estimate against the same lit by the true panorama; linear, in the "
         "photo's exposure",
         "machine": f"{platform.machine()}, torch {torch.__version__}, Mitsuba {mitsuba.VARIANT}",
-        "commit": subprocess.check_output(["git", "describe", "--always", "--dirty"], text=True).strip(),
+        "commit": made_by,
         "model": estimator.card.get("name", arguments.model),
         "model_commit": estimator.card.get("commit"),
         "samples": arguments.samples,
