@@ -26,6 +26,6 @@ def measure() -> Result:
             2.0,
             ("read and fit a 4096x2048 EXR", lambda: fit(torch.from_numpy(exr.read(path)[0]))),
             ("read it", lambda: exr.read(path)),
-            7,
+            15,
             1,
         )

@@ -49,6 +49,8 @@ def main() -> None:
 
 def costs(outcomes: list[Outcome], around: float) -> dict[str, Any]:
     """Core-seconds a panorama by kind of work; `around` is what the host spent."""
+    if not outcomes:
+        raise SystemExit("expected a room, got none: all have failed")
     count = len(outcomes)
     blender = {
         kind: sum(o.core_seconds[kind] for o in outcomes) / count for kind in ("build", "render", "denoise")

@@ -207,6 +207,8 @@ def score(arguments: argparse.Namespace) -> None:
         canonical = estimator.model.settings.canonical
         if canonical not in views:
             views[canonical] = collect(records, canonical)
+        if "members" in estimator.card:
+            raise SystemExit(f"{folder}: expected a single training, got a mean of members")
         cells = _cells(folder, estimator, views[canonical], arguments.cache)
         runs.append(_run(folder.name, estimator.card, labels, cells))
         medians = np.median(cells, 0)
@@ -239,6 +241,7 @@ def _cells(
 ) -> np.ndarray:
     """Errors of a run on every view, from the cache where they are known."""
     digest = hashlib.sha256((folder / "model.safetensors").read_bytes())
+    digest.update(repr(SphereRenderer(resolution=1).rim_step).encode())
     for sample in samples:
         digest.update(sample.scene.encode())
         digest.update(sample.photo.numpy().tobytes())

@@ -13,6 +13,7 @@ from typing import Any
 
 from mixlight.image.atomic import atomic_path
 from mixlight.network import weights
+from mixlight.training.members import begun_by
 
 CELLS = tuple(
     f"{kind}/{cell}"
@@ -73,10 +74,11 @@ def _averaged(run: Path) -> dict[str, Any]:
         "members": [
             {
                 "averaged": row["averaged"],
+                "commit": begun_by(run / f"member-{number}"),
                 "step": row["validation"]["step"],
                 "score": round(row["validation"]["score"], 5),
             }
-            for row in card["members"]
+            for number, row in enumerate(card["members"])
         ],
     }
 

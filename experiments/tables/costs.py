@@ -12,6 +12,10 @@ _WORK = {
 }
 
 
+_USUAL = {"width": 1024, "samples": 16}
+"""Of `benchmarks.rooms`."""
+
+
 @measured("benchmarks")
 def benchmarks(found: Json) -> str:
     """Ratios of `python -m benchmarks`, and what they were measured on."""
@@ -33,10 +37,11 @@ def rooms_cost(found: Json) -> str:
     )
     other, limit = found["share_not_cycles"], found["limit"]
     verdict = "met" if other <= limit else "not met"
+    more = "".join(f" --{key} {found[key]}" for key in ("width", "samples") if found[key] != _USUAL[key])
     size = f"{found['width']} x {found['width'] // 2}, {found['samples']} paths a pixel"
     return (
-        f"{found['rooms']} furnished rooms, one panorama each, {size}, in core-seconds a panorama "
-        f"(`python -m benchmarks.rooms --seed {found['seed']} --count {found['count']}`). "
+        f"{found['rooms']} rooms, one panorama each, {size}, in core-seconds a panorama "
+        f"(`python -m benchmarks.rooms --seed {found['seed']} --count {found['count']}{more}`). "
         f"{basis(found['made_on'])}\n\n"
         + table(("work", "core-seconds", "share"), rows)
         + f"\nNot Cycles: {100 * other:.1f} %; at most {100 * limit:g} % is wanted: {verdict}.\n"

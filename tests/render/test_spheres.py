@@ -213,6 +213,21 @@ class TestProperties:
         expected = 0.8 * equirect.integrate(environment) / (4 * math.pi)
         torch.testing.assert_close(got, expected, rtol=0.06, atol=0.0)
 
+    def test_the_rim_of_a_mirror_is_sampled_finely(self):
+        """Lamps behind the sphere show in the rim alone; with few steps a pixel most of them are missed."""
+        usual, coarse, exact = (
+            SphereRenderer(64, 128, MATERIALS[2:], rim_step=step) for step in (None, math.inf, 0.0015)
+        )
+        lamps = torch.full((8, 128, 256, 3), 0.1)
+        for k in range(8):
+            lamps[k, 60 + k, 8 * k] = 500.0  # about +Z, which the camera at +Z cannot see directly
+            lamps[k, 60 + k, 128 + 4 * k] = 500.0
+        mirrors = [renderer.render(lamps)[:, 0].clamp(max=1) for renderer in (usual, coarse, exact)]
+        errors = [(picture - mirrors[2]).square().mean().sqrt() for picture in mirrors[:2]]
+        assert errors[0] < 0.5 * errors[1]
+        assert usual.rim_step == pytest.approx(math.pi / 512)
+        assert SphereRenderer(4, 32, MATERIALS[2:]).rim_step == pytest.approx(math.pi / 128)
+
     @pytest.mark.parametrize("shape", [(), (2,), (1, 2)])
     def test_leading_shapes(self, renderer, shape):
         environment = room(5, *shape)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from mixlight.network import weights
 from mixlight.network.estimator import Estimator
 from mixlight.training.config import TrainingConfig, read_config
 from mixlight.training.loop import CONFIG_FILE, MODEL_FILE, Run, train
-from mixlight.training.members import average, choose
+from mixlight.training.members import average, choose, prepare
 from tests.synthetic import CONFIG, write_dataset
 
 pytestmark = pytest.mark.usefixtures("quick")
@@ -63,6 +64,7 @@ def test_the_model_is_the_mean_of_the_members_that_make_it_better(
             assert torch.allclose(value.double(), mean, rtol=1e-3, atol=1e-7), name
     assert sum(not torch.equal(members[0][name], members[1][name]) for name in found) > 10
     assert card["config"]["members"] == json.loads((trained / CONFIG_FILE).read_text())["members"] == 2
+    assert all(member["commit"] for member in card["members"])
     alone = [member["validation"]["score"] for member in card["members"]]
     assert card["validation"]["score"] <= min(alone) + 1e-4  # members were scored before they were rounded
     Estimator.load(trained / MODEL_FILE).estimate(torch.rand(48, 64, 3), 1.0)
@@ -78,10 +80,69 @@ def test_a_member_joins_the_mean_only_where_val_is_better_for_it() -> None:
     assert choose([states[0]] * 3, lambda state: {"score": 7.0})[0] == [0]  # no better is not better
 
 
+def test_the_mean_of_two_is_written_where_both_are_chosen(
+    config: TrainingConfig, trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    monkeypatch.setattr(
+        "mixlight.training.members.choose",
+        lambda states, validate: ([1, 0], {"score": 0.5, "real/score": 0.5}),
+    )
+    train(config, tmp_path / "run", cache=Path(config.tables[0]).parent / "cache")
+    found, card = weights.load(tmp_path / "run" / MODEL_FILE)
+    members = [weights.load(trained / f"member-{k}" / MODEL_FILE)[0] for k in range(2)]
+    mean = (members[0]["heads.outputs.weight"].float() + members[1]["heads.outputs.weight"].float()) / 2
+    assert not torch.equal(members[0]["heads.outputs.weight"], members[1]["heads.outputs.weight"])
+    torch.testing.assert_close(found["heads.outputs.weight"].float(), mean, rtol=1e-3, atol=1e-6)
+    assert [row["averaged"] for row in card["members"]] == [True, True]
+    assert card["validation"] == {"score": 0.5, "real/score": 0.5}
+
+
+def test_a_member_is_killed_or_trained_elsewhere_and_the_training_goes_on(
+    config: TrainingConfig, trained: Path, tmp_path: Path
+) -> None:
+    """As docs/training.md says it: one member by itself, another stopped half way, then the whole."""
+    cache = Path(config.tables[0]).parent / "cache"
+    folder = Path(config.tables[0]).parent
+    elsewhere = read_config(folder / "config.toml", {"seed": 3, "members": 1, "member": 1, "camera_views": 0})
+    train(elsewhere, tmp_path / "member-1", cache=cache)
+    begun = Run(config.split_members()[0], tmp_path / "member-0", resume=True, cache=cache)
+    for batch, _ in zip(begun._batches(), range(3), strict=False):
+        begun.train_step(batch)
+        begun.step += 1
+    begun._validate()
+    begun._save_checkpoint()
+    begun.log.close()
+    train(dataclasses.replace(config, camera_views=3), tmp_path, cache=cache)
+    for k in range(2):
+        one, other = (weights.load(root / f"member-{k}" / MODEL_FILE)[0] for root in (tmp_path, trained))
+        assert all(torch.equal(one[name], other[name]) for name in one), k
+
+
+def test_a_folder_with_a_single_run_is_refused_and_a_fresh_start_keeps_no_member(
+    config: TrainingConfig, trained: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "run"
+    shutil.copytree(trained, out)
+    checkpoint = out / "member-1" / "checkpoint.safetensors"
+    single = out / checkpoint.name
+    shutil.copy(checkpoint, single)
+    with pytest.raises(ValueError, match=r"run: holds a single run, and several members are asked for"):
+        train(config, out)
+    assert checkpoint.is_file()
+    prepare(out, resume=False)
+    assert not checkpoint.exists()
+    assert not single.exists()
+    prepare(out, resume=True)
+    with pytest.raises(ValueError, match="expected a config of one member for one run, got members = 2"):
+        Run(config, tmp_path / "x", resume=False, cache=None)
+
+
 def test_a_stopped_training_goes_on_and_one_more_member_may_be_added(
-    trained: Path, config: TrainingConfig
+    trained: Path, config: TrainingConfig, tmp_path: Path
 ) -> None:
     cache = Path(config.tables[0]).parent / "cache"
+    trained = shutil.copytree(trained, tmp_path / "run")
     before = (trained / MODEL_FILE).read_bytes()
     (trained / MODEL_FILE).unlink()
     train(config, trained, cache=cache)

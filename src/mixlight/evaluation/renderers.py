@@ -110,8 +110,13 @@ class SceneRenderer:
 
     @property
     def about(self) -> dict[str, object]:
-        """Kind and picture size."""
-        return {"kind": "matrix", "frame": list(self.frame), "map_height": self.spheres.height}
+        """Kind, picture size, and how finely a mirror's rim is sampled (radians)."""
+        return {
+            "kind": "matrix",
+            "frame": list(self.frame),
+            "map_height": self.spheres.height,
+            "rim_step": round(self.spheres.rim_step, 6),
+        }
 
     @property
     def mask(self) -> Bool[Tensor, "height width"]:

@@ -83,8 +83,7 @@ class SphereRenderer(nn.Module):
             interpolation: What a map is between its texels' centres for diffuse and rough materials. Mirrors
                 always read it bilinearly.
             rim_step: Largest step between a mirror's samples in its rim pixels, in radians of the angle of
-                incidence (`picture_samples`); half a texel of the map as the mirror sees it if not given,
-                which is enough: finer steps come no nearer to a path tracer.
+                incidence (`picture_samples`); half a texel of the map as the mirror sees it if not given.
             cache: Folder where tables are kept between runs (`mixlight.image.cache.cache_folder`); nothing is
                 kept if not given.
 
@@ -97,7 +96,7 @@ class SphereRenderer(nn.Module):
         self.camera = SphereCamera.orthographic(resolution) if camera is None else camera
         self.height = height
         self.materials = tuple(materials)
-        rim_step = math.pi / (4 * height) if rim_step is None else rim_step
+        self.rim_step = rim_step = math.pi / (4 * height) if rim_step is None else rim_step
         key = self._key(interpolation, rim_step)
         path = None if cache is None else cache / f"{key}.safetensors"
         if path is None or not self._load(path):

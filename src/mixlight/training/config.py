@@ -89,12 +89,12 @@ class TrainingConfig:
     members: int = 1
     """Number of trainings whose weights are averaged to the model, as far as that is better on val. All start
     from the same weights, those of `seed`, so that they end near enough to each other to be averaged, and
-    each sees other views."""
+    each sees other views (with `frozen_views` the same ones in another order)."""
     member: int = 0
     """Which of the members a run is; its views and dropout are drawn from `views_seed`."""
     camera_views: int = 0
-    """Above 0 the model's outputs for the camera's pose are fitted anew at the end, to this many training
-    views; its light stays as it is (`mixlight.training.camera`)."""
+    """Above 0 the model's outputs for the camera's pose are fitted anew at the end, to that many training
+    views, in whole batches; its light stays as it is (`mixlight.training.camera`)."""
     precision: str = "float32"
     """`float32` or `bfloat16` (autocast of the network; the loss stays in float32)."""
     validate_every: int = 100

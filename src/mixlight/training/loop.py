@@ -30,7 +30,7 @@ from mixlight.training.card import commit, make_card, versions
 from mixlight.training.config import WORDS, OptimiserSettings, TrainingConfig, differences, to_plain
 from mixlight.training.features import FeatureBank, FeatureBatch, cached_bank
 from mixlight.training.log import RunLog
-from mixlight.training.members import train_members
+from mixlight.training.members import prepare, train_members
 from mixlight.training.objective import Truth, make_objective, truth_of
 from mixlight.training.schedule import freeze, make_optimiser, rate_share, set_rate, set_training_mode
 from mixlight.training.validation import ValidationSet
@@ -69,7 +69,7 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
 
     Raises:
         ValueError: bad tables, panoramas or backbone weights; or `out` holds a run with another config or
-            other panoramas.
+            other panoramas, or a single run where members are asked for.
         FloatingPointError: the gradient or the validation score is not finite: training has diverged.
         OSError: a file is missing or cannot be read, or `out` cannot be written.
         ImportError: `tensorboard = true`, and it is not installed.
@@ -77,9 +77,10 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
     if config.members == 1:
         return Run(config, out, resume=resume, cache=cache).finish()
 
-    def start(member: TrainingConfig) -> Run:
-        return Run(member, out / f"member-{member.member}", resume=resume, cache=cache)
+    def start(member: TrainingConfig, folder: Path, validation: ValidationSet | None) -> Run:
+        return Run(member, folder, resume=True, cache=cache, validation=validation)
 
+    prepare(out, resume)
     return train_members(config, out, start)
 
 
@@ -105,6 +106,8 @@ class Run:
         cache: Path | None,
         validation: ValidationSet | None = None,
     ) -> None:
+        if config.members != 1:
+            raise ValueError(f"expected a config of one member for one run, got members = {config.members}")
         self.config, self.out = config, out
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         out.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ in the order of their scores, joins the mean if val is better for it (the greedy
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,41 +17,88 @@ import torch
 from torch import Tensor
 
 from mixlight.network import weights
+from mixlight.training import checkpoint as checkpoints
 from mixlight.training.config import TrainingConfig
+from mixlight.training.log import FILE_NAME
+from mixlight.training.validation import ValidationSet
 
 if TYPE_CHECKING:
     from mixlight.training.loop import Run
 
 
-def train_members(config: TrainingConfig, out: Path, start: Callable[[TrainingConfig], Run]) -> Path:
+def prepare(out: Path, resume: bool) -> None:
+    """Makes sure that a folder can take members.
+
+    Args:
+        out: the folder of the whole.
+        resume: keep members that were begun; else none of them stays.
+
+    Raises:
+        ValueError: the folder holds a single run.
+    """
+    single = out / checkpoints.FILE_NAME
+    if not resume:
+        for old in (single, *out.glob(f"member-*/{checkpoints.FILE_NAME}")):
+            old.unlink(missing_ok=True)
+    if single.is_file():
+        raise ValueError(
+            f"{out}: holds a single run, and several members are asked for; choose another folder, or start "
+            "anew (--fresh)"
+        )
+
+
+def train_members(
+    config: TrainingConfig,
+    out: Path,
+    start: Callable[[TrainingConfig, Path, ValidationSet | None], Run],
+) -> Path:
     """Trains every member in a folder of its own, and writes the mean of those that make it better.
 
     Args:
         config: of the whole; its `split_members` are trained one after the other, each resumable.
-        out: the folder of the whole.
-        start: makes the run of a member.
+        out: the folder of the whole; member k's is `member-k` in it.
+        start: makes the run of a member in a folder, with the validation set of the one before.
 
     Returns:
-        The path of the model, in float16; its card says what it is on val, and what each member is.
+        The path of the model, in float16; its card says what it is on val, and of each member what it is
+        there, which commit began to train it, and whether it is part of the mean.
     """
     states: list[dict[str, Tensor]] = []
     members: list[dict[str, Any]] = []
+    run: Run | None = None
     for member in config.split_members():
-        run = start(member)
+        validation = run.validation if run else None
+        run = None  # its panoramas leave memory before the next one's come
+        run = start(member, out / f"member-{member.member}", validation)
         state, card = weights.load(run.finish())
         states.append(state)
-        members.append({"views_seed": member.views_seed, "validation": card["validation"]})
+        members.append(
+            {
+                "views_seed": member.views_seed,
+                "commit": begun_by(run.out),
+                "validation": card["validation"],
+            }
+        )
+    assert run is not None
+    whole = run
 
     def validate(state: Mapping[str, Tensor]) -> dict[str, float]:
-        weights.load_into(run.model, state, out)
-        return run.validation.evaluate(run.model)
+        weights.load_into(whole.model, state, out)
+        return whole.validation.evaluate(whole.model)
 
     chosen, metrics = choose(states, validate)
     for number, row in enumerate(members):
         row["averaged"] = number in chosen
-    run.config, run.out = config, out
-    run.write_config()
-    return run.write(average([states[number] for number in chosen]), metrics, {"members": members})
+    whole.config, whole.out = config, out
+    whole.write_config()
+    return whole.write(average([states[number] for number in chosen]), metrics, {"members": members})
+
+
+def begun_by(folder: Path) -> str:
+    """The commit that began a run, by its log; `unknown` where the log does not say."""
+    lines = (folder / FILE_NAME).read_text(encoding="utf-8").splitlines()
+    starts = [record for record in map(json.loads, lines) if record["kind"] == "start"]
+    return str(starts[0]["commit"]) if starts else "unknown"
 
 
 def choose(
