@@ -54,4 +54,5 @@ def measure() -> Result:
                 lambda: run.train_step(batch),
             ),
             ("backbone forward and backward", bare),
+            rounds=21,
         )
