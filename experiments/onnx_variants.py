@@ -16,6 +16,8 @@ onnxruntime-web.
 
 import argparse
 import json
+import os
+import platform
 import statistics
 import subprocess
 import tempfile
@@ -86,6 +88,7 @@ def main() -> None:
 
     result: dict[str, Any] = {
         "commit": commit(),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}",
         "versions": versions() | {"onnxruntime": onnxruntime.__version__},
         "model": {key: estimator.card.get(key) for key in ("name", "commit")}
         | {"sha256": digest(find(arguments.model))},
