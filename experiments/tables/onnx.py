@@ -33,7 +33,7 @@ def onnx_basis(found: Json) -> str:
     return (
         f"Model `{model['name']}` (SHA-256 {model['sha256'][:12]}…), {found['views']} views of "
         f"{found['scenes']} scenes of the split `val`; commit `{found['commit']}`, "
-        f"onnxruntime {made['onnxruntime']}, torch {made['torch']}.\n"
+        f"onnxruntime {made['onnxruntime']}, torch {made['torch']}; {found['machine']}.\n"
     )
 
 
