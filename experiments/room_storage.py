@@ -22,10 +22,12 @@ from torch import Tensor
 
 from mixlight.data.rooms.remix import plan_recipe, random_recipe, remix
 from mixlight.data.rooms.store import read_room, write_camera, write_document
+from mixlight.image.atomic import atomic_path
 from mixlight.light.fit import parameters
 from mixlight.light.lighting import Lighting
 from mixlight.render.spheres import SphereRenderer
 from mixlight.sphere import equirect
+from mixlight.training.card import commit
 
 RESULTS = Path(__file__).parent / "results" / "room_storage.json"
 VARIANTS = {
@@ -45,6 +47,7 @@ def main() -> None:
     files = sorted(arguments.parse_args().set.glob("room-*/camera-*.exr"))
     if not files:
         raise SystemExit("expected room-*/camera-*.exr in the set, found none")
+    made_by = commit()
     renderer = SphereRenderer(resolution=64, height=HEIGHT)
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in VARIANTS}
     for file in files:
@@ -55,10 +58,13 @@ def main() -> None:
         "cameras": len(files),
         "pictures": len(rows["zip"]),
         "remixes of each camera": REMIXES,
+        "seeds": list(range(REMIXES)),
+        "commit": made_by,
         "machine": {"cpu": platform.processor() or platform.machine(), "cores": os.cpu_count()},
         "variants": {name: summary(found) for name, found in rows.items()},
     }
-    RESULTS.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    with atomic_path(RESULTS) as temporary:
+        temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     print(table(result["variants"]))
 
 
