@@ -129,6 +129,12 @@ def test_a_folder_with_a_single_run_is_refused_and_a_fresh_start_keeps_no_member
     shutil.copy(checkpoint, single)
     with pytest.raises(ValueError, match=r"run: holds a single run, and several members are asked for"):
         train(config, out)
+    single.unlink()
+    with pytest.raises(
+        ValueError, match=r"run: holds a run of several members, and a single one is asked for"
+    ):
+        train(dataclasses.replace(config, members=1), out)
+    shutil.copy(checkpoint, single)
     assert checkpoint.is_file()
     prepare(out, resume=False)
     assert not checkpoint.exists()

@@ -69,18 +69,18 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
 
     Raises:
         ValueError: bad tables, panoramas or backbone weights; or `out` holds a run with another config or
-            other panoramas, or a single run where members are asked for.
+            other panoramas, or a single run where members are asked for, or the reverse.
         FloatingPointError: the gradient or the validation score is not finite: training has diverged.
         OSError: a file is missing or cannot be read, or `out` cannot be written.
         ImportError: `tensorboard = true`, and it is not installed.
     """
+    prepare(out, resume, single=config.members == 1)
     if config.members == 1:
         return Run(config, out, resume=resume, cache=cache).finish()
 
     def start(member: TrainingConfig, folder: Path, validation: ValidationSet | None) -> Run:
         return Run(member, folder, resume=True, cache=cache, validation=validation)
 
-    prepare(out, resume)
     return train_members(config, out, start)
 
 

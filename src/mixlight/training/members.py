@@ -26,24 +26,27 @@ if TYPE_CHECKING:
     from mixlight.training.loop import Run
 
 
-def prepare(out: Path, resume: bool) -> None:
-    """Makes sure that a folder can take members.
+def prepare(out: Path, resume: bool, *, single: bool = False) -> None:
+    """Makes sure that a folder can take members, or a single run.
 
     Args:
-        out: the folder of the whole.
-        resume: keep members that were begun; else none of them stays.
+        out: the folder of the run.
+        resume: keep what was begun; else none of it stays.
+        single: a single run is to come, no members.
 
     Raises:
-        ValueError: the folder holds a single run.
+        ValueError: the folder holds the other kind.
     """
-    single = out / checkpoints.FILE_NAME
+    lone, members = out / checkpoints.FILE_NAME, list(out.glob(f"member-*/{checkpoints.FILE_NAME}"))
     if not resume:
-        for old in (single, *out.glob(f"member-*/{checkpoints.FILE_NAME}")):
+        for old in (lone, *members):
             old.unlink(missing_ok=True)
-    if single.is_file():
+    elif members if single else lone.is_file():
+        held, wanted = "a single run", "several members are"
+        if single:
+            held, wanted = "a run of several members", "a single one is"
         raise ValueError(
-            f"{out}: holds a single run, and several members are asked for; choose another folder, or start "
-            "anew (--fresh)"
+            f"{out}: holds {held}, and {wanted} asked for; choose another folder, or start anew (--fresh)"
         )
 
 
