@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import cold_start, estimate, fit, slsparsemax, spheres, training_step
-from benchmarks.report import HEAD, basis, cells, made_on, save
+from benchmarks.report import HEAD, basis, cells, save
 from benchmarks.timing import Result
+from experiments.provenance import provenance
 
 ROWS = {"a": estimate, "b": cold_start, "c": slsparsemax, "d": fit, "e": training_step, "f": spheres}
+PROTOCOL = "wall time of both in turn, order swapped every round; median and quartiles of the rounds' ratios"
 
 
 def main() -> None:
@@ -22,16 +24,16 @@ def main() -> None:
         parser.error(f"expected rows out of {', '.join(ROWS)}, got {', '.join(sorted(unknown))}")
     kept = arguments.out is not None and arguments.out.is_file()
     rows = json.loads(arguments.out.read_text(encoding="utf-8"))["rows"] if kept else {}
-    about = made_on()
-    print(f"{basis(about)}\n\n| {' | '.join(HEAD)} |\n{'|---' * len(HEAD)}|")
+    made = provenance(PROTOCOL, 1, 0)
+    print(f"{basis(made)}\n\n| {' | '.join(HEAD)} |\n{'|---' * len(HEAD)}|")
     for name in arguments.rows or ROWS:
-        rows[name] = as_json(ROWS[name].measure(), about)
+        rows[name] = as_json(ROWS[name].measure(), made)
         print(f"| {' | '.join(cells(name, rows[name]))} |", flush=True)
         if arguments.out:
             save(arguments.out, {"rows": dict(sorted(rows.items()))})
 
 
-def as_json(row: Result, about: dict[str, Any]) -> dict[str, Any]:
+def as_json(row: Result, made: dict[str, Any]) -> dict[str, Any]:
     """One row of the table."""
     return {
         "ours": row.ours,
@@ -40,7 +42,7 @@ def as_json(row: Result, about: dict[str, Any]) -> dict[str, Any]:
         "ratio": round(row.ratio, 5),
         "quartiles": [round(value, 5) for value in row.spread],
         "limit": row.limit,
-        "made_on": about,
+        "provenance": made | {"n": len(row.ratios)},
     }
 
 

@@ -2,26 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
-import os
-import platform
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.provenance import PACKAGES
 from mixlight.image.atomic import atomic_path
-from mixlight.training.card import commit
-
-
-def made_on() -> dict[str, Any]:
-    """Commit, machine and versions."""
-    return {
-        "commit": commit(),
-        "machine": f"{_processor()}, {os.cpu_count()} cores",
-        "python": platform.python_version(),
-        "versions": {name: importlib.metadata.version(name) for name in ("mixlight", "torch", "numpy")},
-    }
 
 
 def save(path: Path, document: dict[str, Any]) -> None:
@@ -50,18 +37,10 @@ def cells(name: str, row: Mapping[str, Any]) -> list[str]:
 
 
 def basis(about: Mapping[str, Any]) -> str:
-    """What `made_on` says, in one line."""
-    versions = ", ".join(f"{name} {version}" for name, version in about["versions"].items())
+    """Commit, machine and versions, in one line."""
+    versions = ", ".join(f"{name} {about[name]}" for name in PACKAGES)
     return f"Commit `{about['commit']}`; {about['machine']}; Python {about['python']}, {versions}."
 
 
 def _ratio(value: float) -> str:
     return f"{value:.2f}" if value >= 0.1 else f"{value:.2g}"
-
-
-def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as lines:
-            return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()

@@ -13,7 +13,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks.report import made_on, save
+from benchmarks.report import save
+from experiments.provenance import provenance
 from mixlight.data.rooms.catalogue import Catalogue
 from mixlight.data.rooms.job import Settings
 from mixlight.data.rooms.render import Outcome, Rooms, render_rooms
@@ -34,14 +35,14 @@ def main() -> None:
     arguments = parser.parse_args()
     rooms = Rooms(Settings(arguments.width, arguments.samples), 1, Catalogue.find())
     seeds = range(arguments.seed, arguments.seed + arguments.count)
-    about = made_on()
+    made = provenance("processor time of whole rooms, by kind of work", arguments.count, arguments.seed)
     with tempfile.TemporaryDirectory() as folder:
         before = time.process_time()
         outcomes = render_rooms(seeds, Path(folder) / "set", rooms)
         around = time.process_time() - before
     found = costs([outcome for outcome in outcomes if outcome.error is None], around)
-    settings = {key: getattr(arguments, key) for key in ("seed", "count", "width", "samples")}
-    result = {**settings, **found, "made_on": about}
+    settings = {key: getattr(arguments, key) for key in ("count", "width", "samples")}
+    result = {"provenance": made, **settings, **found}
     print(json.dumps(result, indent=1))
     if arguments.out:
         save(arguments.out, result)

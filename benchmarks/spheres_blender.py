@@ -16,7 +16,8 @@ from pathlib import Path
 
 import torch
 
-from benchmarks.report import made_on, save
+from benchmarks.report import save
+from experiments.provenance import provenance
 from mixlight.data import display
 from mixlight.data.panoramas import read_table, select
 from mixlight.evaluation.protocols import find
@@ -35,7 +36,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="JSON file")
     arguments = parser.parse_args()
 
-    about = made_on()
+    made = provenance("processor time of spheres of S at equal error", arguments.maps, Job.seed)
     measured = json.loads(arguments.accuracy.read_text())["scenes"]["S"]
     records = select(read_table(arguments.table), "test", ["indoor"])[: arguments.maps]
     maps = [display.encode(next(find("S").samples(r, 1)).environment.float()) for r in records]
@@ -71,6 +72,7 @@ def main() -> None:
         }
     cycles = sum(row["cycles_seconds"] for row in by_sphere.values())
     result = {
+        "provenance": made,
         "maps": len(maps),
         "samples": [arguments.samples, 5 * arguments.samples],
         "maps_per_processor_second": round(1 / ours, 2),
@@ -80,7 +82,6 @@ def main() -> None:
         "blender": few["version"],
         "threads": torch.get_num_threads(),
         "spheres": by_sphere,
-        "made_on": about,
     }
     print(json.dumps(result, indent=1))
     if arguments.out:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from mixlight.data.evaluation_set import samples_of
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
 from mixlight.image.atomic import atomic_path
@@ -45,10 +45,11 @@ def main() -> None:
         name, _, table = text.partition("=")
         records = select(read_table(Path(table)), "train")
         groups[name] = records[:: max(1, len(records) // arguments.count)][: arguments.count]
+    made = provenance("views of M; medians and quartiles over views", sum(map(len, groups.values())), None)
     result = {
         "question": "ln(mean luminance of the panorama / mean luminance of the photo)",
         "groups": {name: measured(records) for name, records in groups.items()},
-        "provenance": provenance(),
+        "provenance": made,
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

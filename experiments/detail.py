@@ -21,7 +21,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from mixlight.data.evaluation_set import ENVIRONMENT_HEIGHT, EvaluationSample, collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
 from mixlight.image.atomic import atomic_path
@@ -79,8 +79,10 @@ def main() -> None:
     }
     result = {
         "question": "what the photo's own pixels in the map are worth",
-        "provenance": provenance() | {"model": estimator.card.get("name")},
-        "protocol": " ".join(str(__doc__).split("\n\n")[2].split()),
+        "provenance": provenance(
+            " ".join(str(__doc__).split("\n\n")[2].split()), len(select(records, "test", ("indoor",))), 0
+        )
+        | {"model": estimator.card.get("name")},
         "cells": "rmse and si_rmse as protocol M; mirror_shown: RMSE of the mirror clipped at white and sRGB "
         "encoded; mirror_seen_shown: that where the mirror shows the photo's part of the room",
         "test": measure.variants(select(records, "test", ("indoor",)), {"shipped": SHIPPED}, 8),

@@ -17,7 +17,7 @@ from typing import Any
 
 import torch
 
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
 from mixlight.evaluation.protocols import PROTOCOLS
@@ -60,9 +60,8 @@ def main() -> None:
             predictions[k] = model(sample.photo[None])
     place = {id(sample): k for k, sample in enumerate(samples)}
     result: dict[str, Any] = {
-        "protocol": "M",
         "split": "val",
-        "provenance": provenance(),
+        "provenance": provenance("M", len(samples), None),
         "weights": {key: estimator.card.get(key) for key in ("name", "commit")},
         "views": {"real": len(real), "rooms": len(rooms)},
         "variants": {},

@@ -9,8 +9,6 @@ and place are the same in both pictures, so that what differs is the light alone
 import argparse
 import json
 import math
-import platform
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,7 +69,7 @@ def main() -> None:
     parser.add_argument("--images", type=Path, default=Path("docs/images"))
     arguments = parser.parse_args()
     # Now, before the pictures that it writes change the tree.
-    made_by = subprocess.check_output(["git", "describe", "--always", "--dirty"], text=True).strip()
+    made = provenance("one view of M a panorama, rendered by Mitsuba scalar_rgb", len(arguments.only), 0)
 
     records = {record.scene: record for record in read_table(arguments.table)}
     estimator = Estimator.load(arguments.model)
@@ -83,12 +81,10 @@ def main() -> None:
     result = {
         "what": "an object lit by the estimate against the same lit by the true panorama; linear, in the "
         "photo's exposure",
-        "machine": f"{platform.machine()}, torch {torch.__version__}, Mitsuba {mitsuba.VARIANT}",
-        "commit": made_by,
+        "provenance": made,
         "model": estimator.card.get("name", arguments.model),
         "model_commit": estimator.card.get("commit"),
         "samples": arguments.samples,
-        "seed": 0,
         "scenes": scenes,
         "median": {
             key: round(float(np.median([row[key] for row in scenes.values()])), 4)

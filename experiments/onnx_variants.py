@@ -16,8 +16,6 @@ onnxruntime-web.
 
 import argparse
 import json
-import os
-import platform
 import statistics
 import subprocess
 import tempfile
@@ -50,7 +48,6 @@ from mixlight.light.lighting import Lighting
 from mixlight.network.estimator import Estimator, to_lighting
 from mixlight.network.weights import find
 from mixlight.render.spheres import SphereRenderer
-from mixlight.training.card import commit, versions
 from mixlight.training.validation import SPHERES, score_spheres
 
 LIMIT = 0.01
@@ -87,13 +84,10 @@ def main() -> None:
     reference = errors(renderer, network, truth)
 
     result: dict[str, Any] = {
-        "commit": commit(),
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}",
-        "versions": versions() | {"onnxruntime": onnxruntime.__version__},
+        "provenance": provenance("M", len(samples), None) | {"onnxruntime": onnxruntime.__version__},
         "model": {key: estimator.card.get(key) for key in ("name", "commit")}
         | {"sha256": digest(find(arguments.model))},
         "split": "val",
-        "views": len(samples),
         "scenes": len({sample.scene for sample in samples}),
         "limit": LIMIT,
         "network": {cell: summary(reference[:, k]) for k, cell in enumerate(CELLS)},

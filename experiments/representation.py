@@ -9,9 +9,6 @@ panoramas of the train and val splits are read: what is decided here must not be
 import argparse
 import json
 import math
-import os
-import platform
-import subprocess
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -22,6 +19,7 @@ import torch
 from scipy.optimize import linear_sum_assignment
 from torch import Tensor
 
+from experiments.provenance import provenance
 from mixlight.data.evaluation_set import EvaluationSample, samples_of
 from mixlight.data.panoramas import PanoramaRecord, read_table
 from mixlight.evaluation.statistics import paired_ratio, summarise
@@ -73,8 +71,7 @@ def main() -> None:
     real = measure(records)
     result = {
         "question": "what each correction of the paper is worth, without a network",
-        "provenance": provenance(),
-        "protocol": PROTOCOL,
+        "provenance": provenance(PROTOCOL, len(records) * AZIMUTHS, 0),
         "panoramas": {
             "count": len(records),
             "views": len(records) * AZIMUTHS,
@@ -418,34 +415,6 @@ def distribution_of(values: Sequence[float] | np.ndarray) -> dict[str, float]:
         "p5": float(low),
         "p95": float(high),
         "max": float(array.max()),
-    }
-
-
-def provenance() -> dict[str, Any]:
-    """Which code ran on what."""
-    here = Path(__file__).parents[1]
-
-    def git(*words: str) -> str:
-        return subprocess.run(
-            ["git", "-C", here, *words], check=True, capture_output=True, text=True
-        ).stdout.rstrip()
-
-    changed = git("status", "--porcelain", "--", "src/mixlight", "experiments/representation.py")
-    model = next(
-        (
-            line.split(":")[1].strip()
-            for line in Path("/proc/cpuinfo").read_text().splitlines()
-            if "model name" in line
-        ),
-        platform.processor(),
-    )
-    return {
-        "commit": git("rev-parse", "HEAD"),
-        "uncommitted changes": [line[3:] for line in changed.splitlines()],
-        "machine": f"{model}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}",
-        "python": platform.python_version(),
-        "torch": torch.__version__,
-        "numpy": np.__version__,
     }
 
 

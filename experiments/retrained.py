@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from experiments.evaluation import camera_error
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from experiments.rooms import CELLS, view_errors
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
@@ -61,11 +61,9 @@ def main() -> None:
         }
         print(name, rows[name])
     result = {
-        "protocol": "M",
-        "test_views": len(photos),
         "val_panoramas": {kind: len(records) for kind, records in val.items()},
         "models": rows,
-        "provenance": provenance(),
+        "provenance": provenance("M on test, validation's score on val", len(photos), None),
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

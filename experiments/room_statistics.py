@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from mixlight.image.atomic import atomic_path
 
 RESULT = Path(__file__).parent / "results" / "room_statistics.json"
@@ -39,10 +39,9 @@ def main() -> None:
     seeds = sorted(int(folder.name.split("-")[1]) for folder in arguments.set.glob("room-*"))
     found |= {
         "recipes": arguments.recipes,
-        "seed": arguments.seed,
         "set": {key: header[key] for key in KEPT}
         | {"seeds": [seeds[0], seeds[-1]], "commit": arguments.made_by},
-        "provenance": provenance(),
+        "provenance": provenance("mixlight rooms stats", found["panoramas"], arguments.seed),
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

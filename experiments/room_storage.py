@@ -2,15 +2,13 @@
 
     python -m experiments.room_storage SET
 
-SET holds rooms that were stored losslessly (`write_camera(codec="zip")`). Each position is stored again
+SET holds rooms that were stored losslessly (`mixlight rooms --lossless`). Each position is stored again
 with every codec; its plan's own light and a few random remixes are mixed from both, and compared as pixels,
 as fitted lights, and as spheres under the fitted lights.
 """
 
 import argparse
 import json
-import os
-import platform
 import random
 import tempfile
 from pathlib import Path
@@ -20,6 +18,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from experiments.provenance import provenance
 from mixlight.data.rooms.remix import plan_recipe, random_recipe, remix
 from mixlight.data.rooms.store import read_room, write_camera, write_document
 from mixlight.image.atomic import atomic_path
@@ -27,7 +26,6 @@ from mixlight.light.fit import parameters
 from mixlight.light.lighting import Lighting
 from mixlight.render.spheres import SphereRenderer
 from mixlight.sphere import equirect
-from mixlight.training.card import commit
 
 RESULTS = Path(__file__).parent / "results" / "room_storage.json"
 VARIANTS = {
@@ -44,10 +42,16 @@ def main() -> None:
     """Measure, write the results and print the table."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("set", type=Path, help="folder of rooms stored losslessly")
-    files = sorted(arguments.parse_args().set.glob("room-*/camera-*.exr"))
+    folder = arguments.parse_args().set
+    files = sorted(folder.glob("room-*/camera-*.exr"))
     if not files:
         raise SystemExit("expected room-*/camera-*.exr in the set, found none")
-    made_by = commit()
+    header = json.loads((folder / "rooms.json").read_text(encoding="utf-8"))
+    if not header.get("lossless"):
+        raise SystemExit(f"{folder}: expected rooms of `mixlight rooms --lossless`, got others")
+    seeds = [int(file.parent.name.split("-")[1]) for file in files]
+    pictures = len(files) * (1 + REMIXES)
+    made = provenance("each codec against the lossless light, see the script", pictures, range(REMIXES))
     renderer = SphereRenderer(resolution=64, height=HEIGHT)
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in VARIANTS}
     for file in files:
@@ -55,12 +59,10 @@ def main() -> None:
             rows[name] += found
     result = {
         "question": "what lossy storage of light groups costs",
+        "provenance": made,
+        "rooms": {"made by": header["mixlight"], "width": header["width"], "seeds": seeds},
         "cameras": len(files),
-        "pictures": len(rows["zip"]),
         "remixes of each camera": REMIXES,
-        "seeds": list(range(REMIXES)),
-        "commit": made_by,
-        "machine": {"cpu": platform.processor() or platform.machine(), "cores": os.cpu_count()},
         "variants": {name: summary(found) for name, found in rows.items()},
     }
     with atomic_path(RESULTS) as temporary:

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from mixlight.data.evaluation_set import EvaluationSample, collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
 from mixlight.data.relit import has_groups
@@ -219,12 +219,11 @@ def score(arguments: argparse.Namespace) -> None:
     scenes = [sample.scene for sample in next(iter(views.values()))]
     result = {
         "question": "do rendered rooms help, trained on alone and beside real panoramas",
-        "protocol": "M",
         "split": arguments.split,
         "categories": arguments.categories,
         "panoramas": sorted(set(scenes)),
         "views": len(scenes),
-        "provenance": provenance(),
+        "provenance": provenance("M", len(scenes), 0),
         "numbers": "error: mean over seeds of the median over views; ratio: to real only, on the same "
         f"panoramas; interval_95: {RESAMPLES} bootstrap draws over panoramas and over seeds",
         "conditions": summarise(runs, scenes),

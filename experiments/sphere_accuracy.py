@@ -16,8 +16,6 @@ all seeds and that mean's own noise stand beside it.
 import argparse
 import json
 import math
-import platform
-import subprocess
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -74,12 +72,11 @@ def main() -> None:
         parser.error(f"argument --seeds: expected at least 2, received {arguments.seeds}")
 
     records = chosen(arguments.table, arguments.maps)
+    seeds = list(range(1, arguments.seeds + 1))
     result: dict[str, Any] = {
         "what": "exact spheres against Cycles, percent of the mean, values clipped to 1",
-        "machine": f"{platform.machine()}, torch {torch.__version__}",
-        "commit": subprocess.check_output(["git", "describe", "--always", "--dirty"], text=True).strip(),
+        "provenance": provenance("spheres of S and M under the same maps", len(records), seeds),
         "panoramas": [record.scene for record in records],
-        "seeds": list(range(1, arguments.seeds + 1)),
         "scenes": {},
     }
     for scene in arguments.scenes:

@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from experiments.provenance import provenance
 from mixlight.image.atomic import atomic_path
 from mixlight.network import weights
 from mixlight.training.members import begun_by
@@ -56,8 +57,11 @@ def main() -> None:
             }
         )
         print(f"{run.name:10s} best at {best['step']:5d}", *(f"{best[cell]:.3f}" for cell in CELLS))
+    seeds = sorted({config["seed"] for config in configs.values()})
+    made = provenance("validation during training, see mixlight.training.validation", len(trials), seeds)
+    result = {"provenance": made, "split": "val", "trials": trials}
     with atomic_path(arguments.out) as temporary:
-        Path(temporary).write_text(json.dumps({"split": "val", "trials": trials}, indent=1) + "\n")
+        Path(temporary).write_text(json.dumps(result, indent=1) + "\n")
 
 
 def _averaged(run: Path) -> dict[str, Any]:

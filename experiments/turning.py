@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from experiments.representation import provenance
+from experiments.provenance import provenance
 from mixlight.data.panoramas import load_panorama, read_table
 from mixlight.image.atomic import atomic_path
 from mixlight.light import edit
@@ -64,8 +64,7 @@ def main() -> None:
                 rows[name].append(cells | _cost(renderer, lighting, method(lighting, angle), true))
     result = {
         "question": "what turning a light costs",
-        "provenance": provenance(),
-        "panoramas": len(records),
+        "provenance": provenance("lights fitted to panoramas, see cells", len(records), None),
         "turns_deg": [round(columns * 180 / HEIGHT, 4) for columns in COLUMNS],
         "cells": "off_deg: angle between a lobe's mean direction and its turned axis; spread_deg: mean angle "
         "of its energy to that axis; both weighted by luminance; energy: largest relative error of a "

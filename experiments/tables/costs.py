@@ -20,7 +20,7 @@ _USUAL = {"width": 1024, "samples": 16}
 def benchmarks(found: Json) -> str:
     """Ratios of `python -m benchmarks`, and what they were measured on."""
     rows = found["rows"]
-    made = sorted({basis(row["made_on"]) for row in rows.values()})
+    made = sorted({basis(row["provenance"]) for row in rows.values()})
     return table(HEAD, (cells(name, row) for name, row in rows.items())) + "\n" + "\n".join(made) + "\n"
 
 
@@ -38,11 +38,12 @@ def rooms_cost(found: Json) -> str:
     other, limit = found["share_not_cycles"], found["limit"]
     verdict = "met" if other <= limit else "not met"
     more = "".join(f" --{key} {found[key]}" for key in ("width", "samples") if found[key] != _USUAL[key])
+    begin = f"--seed {found['provenance']['seed']} --count {found['count']}{more}"
     size = f"{found['width']} x {found['width'] // 2}, {found['samples']} paths a pixel"
     return (
         f"{found['rooms']} rooms, one panorama each, {size}, in core-seconds a panorama "
-        f"(`python -m benchmarks.rooms --seed {found['seed']} --count {found['count']}{more}`). "
-        f"{basis(found['made_on'])}\n\n"
+        f"(`python -m benchmarks.rooms {begin}`). "
+        f"{basis(found['provenance'])}\n\n"
         + table(("work", "core-seconds", "share"), rows)
         + f"\nNot Cycles: {100 * other:.1f} %; at most {100 * limit:g} % is wanted: {verdict}.\n"
     )
@@ -65,7 +66,7 @@ def spheres_cost(found: Json) -> str:
         + f"\nExact spheres: {found['maps_per_processor_second']:.0f} maps a processor second, all three "
         f"together, {_two(found['ratio'])} times as many as Cycles. At 1024 samples Cycles takes "
         f"{found['cycles_seconds_of_1024_samples']:.0f} s a map. Blender {found['blender']}. "
-        f"{basis(found['made_on'])}\n"
+        f"{basis(found['provenance'])}\n"
     )
 
 

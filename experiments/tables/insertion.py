@@ -28,10 +28,10 @@ def insertion(found: Json) -> str:
 @measured("insert")
 def insertion_basis(found: Json) -> str:
     """What the insertions were measured on."""
-    weights = found.get("model_commit", "as shipped")
+    weights, made = found.get("model_commit", "as shipped"), found["provenance"]
     return (
-        f"Model `{found['model']}` ({weights}), {found['samples']} samples, seed {found['seed']}; "
-        f"commit `{found['commit']}`.\n"
+        f"Model `{found['model']}` ({weights}), {found['samples']} samples, seed {made['seed']}; "
+        f"commit `{made['commit']}`.\n"
     )
 
 

@@ -29,11 +29,11 @@ def onnx(found: Json) -> str:
 @measured("onnx")
 def onnx_basis(found: Json) -> str:
     """What the ONNX variants were measured on."""
-    made, model = found["versions"], found["model"]
+    made, model = found["provenance"], found["model"]
     return (
-        f"Model `{model['name']}` (SHA-256 {model['sha256'][:12]}…), {found['views']} views of "
-        f"{found['scenes']} scenes of the split `val`; commit `{found['commit']}`, "
-        f"onnxruntime {made['onnxruntime']}, torch {made['torch']}; {found['machine']}.\n"
+        f"Model `{model['name']}` (SHA-256 {model['sha256'][:12]}…), {made['n']} views of "
+        f"{found['scenes']} scenes of the split `val`; commit `{made['commit']}`, "
+        f"onnxruntime {made['onnxruntime']}, torch {made['torch']}; {made['machine']}.\n"
     )
 
 

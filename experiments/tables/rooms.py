@@ -19,7 +19,7 @@ def rooms(found: Json) -> str:
         row.append(" ".join(f"{score:.3f}" for score in entry["validation"]))
         rows.append(row)
     about = (
-        f"Protocol {found['protocol']}, {found['split']} split: {found['views']} photos of "
+        f"Protocol {found['provenance']['protocol']}, {found['split']} split: {found['views']} photos of "
         f"{len(found['panoramas'])} panoramas ({', '.join(found['categories'])}); commit "
         f"`{found['provenance']['commit'][:10]}`; {found['provenance']['machine']}.\n"
     )

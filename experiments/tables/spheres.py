@@ -35,11 +35,11 @@ def sphere_basis(found: Json) -> str:
         f"{scene}: {entry['panoramas']} maps of 128×256, {entry['pixels']} pixels, {entry['samples']} samples"
         for scene, entry in found["scenes"].items()
     )
-    blender = next(iter(found["scenes"].values()))["blender"]
+    blender, made = next(iter(found["scenes"].values()))["blender"], found["provenance"]
     return (
-        f"Made by `experiments/sphere_accuracy.py`; {scenes} in {len(found['seeds'])} seeds; "
-        f"Blender {blender}, Mitsuba {found['mitsuba']['version']}; commit `{found['commit']}`; "
-        f"{found['machine']}.\n"
+        f"Made by `experiments/sphere_accuracy.py`; {scenes} in {len(made['seed'])} seeds; "
+        f"Blender {blender}, Mitsuba {found['mitsuba']['version']}; commit `{made['commit']}`; "
+        f"{made['machine']}.\n"
     )
 
 

@@ -75,6 +75,21 @@ def test_a_set_of_another_kind(run: Run, tmp_path: Path) -> None:
     assert len(err.splitlines()) == 1
 
 
+def test_a_lossless_set(run: Run, tmp_path: Path) -> None:
+    import OpenEXR
+
+    found = {}
+    for name, options in {"lossy": (), "whole": ("--lossless",)}.items():
+        assert run("rooms", "--count", 1, "--out", tmp_path / name, *SMALL, *options)[0] == 0
+        with OpenEXR.File(str(tmp_path / name / "room-00000" / "camera-0.exr")) as file:
+            found[name] = {part.header["compression"] for part in file.parts if part.name() != "depth"}
+    assert found == {"lossy": {OpenEXR.DWAB_COMPRESSION}, "whole": {OpenEXR.ZIP_COMPRESSION}}
+    for name, options in {"lossy": ("--lossless",), "whole": ()}.items():
+        status, _, err = run("rooms", "--count", 2, "--out", tmp_path / name, *SMALL, *options)
+        assert status == 1
+        assert "holds rooms made with lossless" in err
+
+
 def test_without_blender_nothing_is_begun(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(program.VARIABLE, str(tmp_path / "none"))
     status, said, err = run("rooms", "--count", 1, "--out", tmp_path / "set", *SMALL)

@@ -184,12 +184,11 @@ def test_the_table_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(results, "FOLDER", tmp_path)
     assert written() == ""
     result = {
-        "protocol": "M",
         "split": "test",
         "views": 96,
         "panoramas": sorted(set(SCENES)),
         "categories": ["indoor"],
-        "provenance": {"commit": "0123456789abcdef", "machine": "a computer"},
+        "provenance": {"commit": "0123456789abcdef", "machine": "a computer", "protocol": "M"},
         "conditions": summarise([a_run(), a_run(BOTH, factor=0.5)], SCENES),
     }
     (tmp_path / "rooms.json").write_text(json.dumps(result))

@@ -69,6 +69,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-library", action="store_true", help="only furniture that MixLight makes up itself"
     )
     parser.add_argument(
+        "--lossless", action="store_true", help="keep every half float as it is, at four times the size"
+    )
+    parser.add_argument(
         "--timeout", type=whole(1, 10**6), default=3600, metavar="SECONDS",
         help="give a room up after this long (default: %(default)s)",
     )  # fmt: skip
@@ -116,6 +119,7 @@ def _render(arguments: argparse.Namespace) -> int:
         _library(arguments),
         _skies(arguments.skies),
         arguments.timeout,
+        arguments.lossless,
     )
     seeds = range(arguments.seed, arguments.seed + arguments.count)
     there = len(RoomSet(arguments.out).rooms().keys() & set(seeds))

@@ -62,17 +62,21 @@ class Rooms:
     """Outdoor panoramas; analytic skies if there are none."""
     timeout: float = 3600.0
     """Seconds a room may take in Blender before it is given up."""
+    lossless: bool = False
+    """Store half floats as they are, at four times the size, instead of by OpenEXR's DWAB."""
 
     def made_with(self) -> dict[str, Any]:
         """What decides, beside its seed, how a room comes out."""
         library = None if self.catalogue is None else self.catalogue.origin
-        return {
+        made: dict[str, Any] = {
             "mixlight": __version__,
             **asdict(self.settings),
             "cameras": self.cameras,
             "library": library,
             "skies": [sky.name for sky in self.skies],
         }
+        # Named only where it is so, since the sets of earlier versions do not say it.
+        return made | {"lossless": True} if self.lossless else made
 
 
 @dataclass(frozen=True)
@@ -296,12 +300,15 @@ class _Worker(threading.Thread):
         files = [f"camera-{k}.exr" for k in range(len(ready.plan.cameras))]
         seconds = ready.seconds | answer["seconds"]
         on = switched_on(ready.plan)
+        codec = "zip" if crew.rooms.lossless else "dwab"
         try:
             with atomic_folder(crew.store.room(ready.seed)) as fresh:
                 for index, file in enumerate(files):
                     raw, depth = read_raw(ready.folder / file, ready.groups)
                     groups = restored(raw, render_gains(ready.plan))
-                    write_camera(fresh / file, groups, depth, document=DOCUMENT, camera=index, on=on)
+                    write_camera(
+                        fresh / file, groups, depth, document=DOCUMENT, camera=index, on=on, codec=codec
+                    )
                 seconds["pack"] = time.perf_counter() - start
                 document = room_document(
                     ready.plan,
