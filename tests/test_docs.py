@@ -188,15 +188,14 @@ def test_the_readmes_commands_print_what_it_shows(
     starts = [i for i, line in enumerate(shown) if line.startswith("$ mixlight ")]
     for start, stop in zip(starts, [*starts[1:], len(shown)], strict=True):
         words = shlex.split(shown[start])[2:]
-        if (
-            words[0] == "fit"
-        ):  # the light just estimated is a panorama too, though its numbers are not the README's
+        if words[0] == "fit":  # the light just estimated is a panorama too
             environment = load("light/photo/lighting.json").environment(64)
             radiance.write("panorama.hdr", environment.numpy())
         assert cli.main(words) == 0
         printed, expected = capsys.readouterr().out.splitlines(), shown[start + 1 : stop]
-        if expected and words[0] != "fit":
-            assert printed == expected
+        if expected:  # … stands for a number that depends on the panorama
+            pattern = re.escape("\n".join(expected)).replace("…", r"[\d.]+")
+            assert re.fullmatch(pattern, "\n".join(printed))
 
 
 @page

@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-library", action="store_true", help="only furniture that MixLight makes up itself"
     )
     parser.add_argument(
-        "--lossless", action="store_true", help="keep every half float as it is, at four times the size"
+        "--lossless", action="store_true", help="keep every half float as it is, at three times the size"
     )
     parser.add_argument(
         "--timeout", type=whole(1, 10**6), default=3600, metavar="SECONDS",

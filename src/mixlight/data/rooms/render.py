@@ -63,7 +63,7 @@ class Rooms:
     timeout: float = 3600.0
     """Seconds a room may take in Blender before it is given up."""
     lossless: bool = False
-    """Store half floats as they are, at four times the size, instead of by OpenEXR's DWAB."""
+    """Store half floats as they are, at three times the size, instead of by OpenEXR's DWAB."""
 
     def made_with(self) -> dict[str, Any]:
         """What decides, beside its seed, how a room comes out."""
