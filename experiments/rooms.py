@@ -113,7 +113,7 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
         chosen = [record for group in sorted(rooms)[:size] for record in rooms[group]] + further
         table = arguments.out / f"{name}-{size}.csv"
         with atomic_path(table) as temporary:
-            temporary.write_text(_csv([*chosen, *select(kept, "val")], table.parent), encoding="utf-8")
+            temporary.write_text(as_csv([*chosen, *select(kept, "val")], table.parent), encoding="utf-8")
         weight = round(reference / len(chosen), 4)
         tables = json.dumps([str(arguments.real.resolve()), str(table.resolve())])
         for seed in arguments.seeds:
@@ -142,7 +142,8 @@ def _whole(record: PanoramaRecord) -> bool:
     return True
 
 
-def _csv(records: Sequence[PanoramaRecord], folder: Path) -> str:
+def as_csv(records: Sequence[PanoramaRecord], folder: Path) -> str:
+    """A table of panoramas that shall lie in a folder."""
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     rows.writerow(("scene", "file", "split", "category", "group"))

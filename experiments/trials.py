@@ -48,10 +48,10 @@ def main() -> None:
                 "config": {key: configs[run.name].get(key) for key in differing},
                 "last_step": checks[-1]["step"],
                 "best_step": best["step"],
-                "best_score": _score(best),
+                "best_score": best["score"],
                 "best": {cell: best[cell] for cell in CELLS},
                 "curve": [
-                    {"step": c["step"], "score": _score(c)} | {cell: c[cell] for cell in CELLS}
+                    {"step": c["step"], "score": c["score"]} | {cell: c[cell] for cell in CELLS}
                     for c in checks
                 ],
             }
@@ -85,11 +85,6 @@ def _averaged(run: Path) -> dict[str, Any]:
             for number, row in enumerate(card["members"])
         ],
     }
-
-
-def _score(check: dict[str, Any]) -> float | None:
-    """The score that chooses; None where an early run had another one, without a part for each kind."""
-    return float(check["score"]) if "real/score" in check else None
 
 
 def _flat(values: dict[str, Any], where: str = "") -> dict[str, Any]:

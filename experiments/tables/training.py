@@ -10,13 +10,12 @@ def trials(found: Json) -> str:
     rows = []
     for trial in found["trials"]:
         cells = [f"{trial['best'][cell]:.3f}" for cell in trial["best"]]
-        score = "–" if trial["best_score"] is None else f"{trial['best_score']:.4f}"
         step = (
             f"mean of {sum(row['averaged'] for row in trial['members'])} of {len(trial['members'])}"
             if "members" in trial
             else f"{trial['best_step']} of {trial['last_step']}"
         )
-        rows.append([trial["run"], step, score, *cells])
+        rows.append([trial["run"], step, f"{trial['best_score']:.4f}", *cells])
     names = [cell.replace("/", " ") for cell in found["trials"][0]["best"]]
     return table(("run", "step", "score", *names), rows)
 
@@ -59,7 +58,32 @@ def retrained(found: Json) -> str:
     return table((*head, *tested), rows)
 
 
+@measured("unseen")
+def unseen(found: Json) -> str:
+    """Ways of training, on real places that the network has not seen."""
+    cells = ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse", "matte_si_rmse")
+    rows = []
+    for name, row in found["models"].items():
+        ratio = row["ratio"]["diffuse_rmse"]
+        low, high = ratio["interval_95"]
+        rows.append(
+            [
+                name,
+                *(f"{row['geometric_mean'][cell]:.3f}" for cell in cells),
+                "1" if low == high else f"{ratio['ratio']:.2f} ({low:.2f}–{high:.2f})",
+                " ".join(f"{score:.3f}" for score in row["val_score"]),
+            ]
+        )
+    head = ("training", *(cell.replace("_", " ") for cell in cells), "diffuse rmse over the first's")
+    made = found["provenance"]
+    return (
+        f"{made['n']} views of {found['panoramas']} panoramas ({found['places']} places); geometric means; "
+        f"commit `{made['commit']}`.\n\n" + table((*head, "score on val"), rows)
+    )
+
+
 TABLES: Tables = {
+    "unseen": unseen,
     "trials": trials,
     "glow": glow,
     "retrained": retrained,

@@ -78,6 +78,18 @@ def test_the_model_is_the_best_average_in_half_precision_and_estimates(finished:
     assert float(estimate.lighting.total_energy().min()) > 0
 
 
+def test_how_often_val_is_looked_at_changes_no_weight(
+    finished: Path, dataset: Path, tmp_path: Path
+) -> None:
+    """Validated at the end alone, a run gives the weights of its last step, whatever val says of it."""
+    train(small(dataset, validate_every=6), tmp_path, cache=dataset.parent / "cache")
+    rarely, often = (checkpoints.load(out / checkpoints.FILE_NAME) for out in (tmp_path, finished))
+    assert [record["step"] for record in read_log(tmp_path, "validation")] == [6]
+    for key, value in often.average.items():
+        assert torch.equal(rarely.average[key], value), key
+        assert torch.equal(rarely.best[key], value), key
+
+
 def test_the_card_tells_all_and_no_path_of_this_machine(finished: Path, dataset: Path) -> None:
     card = weights.load(finished / MODEL_FILE)[1]
     assert (card["kind"], card["name"]) == ("mixlight", "tiny")
