@@ -78,9 +78,7 @@ def test_the_model_is_the_best_average_in_half_precision_and_estimates(finished:
     assert float(estimate.lighting.total_energy().min()) > 0
 
 
-def test_how_often_val_is_looked_at_changes_no_weight(
-    finished: Path, dataset: Path, tmp_path: Path
-) -> None:
+def test_how_often_val_is_looked_at_changes_no_weight(finished: Path, dataset: Path, tmp_path: Path) -> None:
     """Validated at the end alone, a run gives the weights of its last step, whatever val says of it."""
     train(small(dataset, validate_every=6), tmp_path, cache=dataset.parent / "cache")
     rarely, often = (checkpoints.load(out / checkpoints.FILE_NAME) for out in (tmp_path, finished))
