@@ -1,6 +1,6 @@
 """One object in one photo under the true panorama and under the estimate, side by side, with the error.
 
-    python experiments/insert.py data/panoramas.csv --out experiments/results/insert.json
+    python -m experiments.insert data/panoramas.csv --out experiments/results/insert.json
 
 The photos are the shipped examples, whose panoramas the network never saw (`cut_examples.py`). Camera, object
 and place are the same in both pictures, so that what differs is the light alone. Pictures go to docs/images.
@@ -19,6 +19,7 @@ from PIL import Image
 from torch import Tensor
 
 from experiments.cut_examples import FOV, HEIGHT, OUT, PITCH, VIEWS, WIDTH
+from experiments.provenance import provenance
 from mixlight.app.photos import field_of_view, linear_tensor
 from mixlight.data.camera_model import exposure_gain
 from mixlight.data.panoramas import load_panorama, read_table

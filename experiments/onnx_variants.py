@@ -1,6 +1,6 @@
 """What smaller or coarser ONNX files cost: sphere errors by protocol M, size, speed.
 
-    python experiments/onnx_variants.py data/panoramas.csv data/rooms.csv \
+    python -m experiments.onnx_variants data/panoramas.csv data/rooms.csv \
         --out experiments/results/onnx.json
 
 Each variant of the model is run in onnxruntime on the fixed views of the split `val` (8 of each indoor
@@ -38,6 +38,7 @@ from onnxruntime.quantization import (
 from onnxruntime.transformers.float16 import convert_float_to_float16
 from torch import Tensor
 
+from experiments.provenance import provenance
 from mixlight.app.self_test import digest
 from mixlight.data.evaluation_set import EvaluationSample, collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select

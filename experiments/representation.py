@@ -1,6 +1,6 @@
 """What each correction of the paper is worth, measured on real indoor panoramas without any network.
 
-    python experiments/representation.py data/panoramas.csv
+    python -m experiments.representation data/panoramas.csv
 
 Every number of `docs/method.md` that speaks of the representation comes from the file that this writes. Only
 panoramas of the train and val splits are read: what is decided here must not be decided on test.

@@ -1,6 +1,6 @@
 """The exact sphere renderer against Blender's Cycles and Mitsuba, under real indoor panoramas.
 
-    MIXLIGHT_BLENDER_PYTHON=... python experiments/sphere_accuracy.py data/panoramas.csv \
+    MIXLIGHT_BLENDER_PYTHON=... python -m experiments.sphere_accuracy data/panoramas.csv \
         --out experiments/results/sphere_accuracy.json
 
 Spheres, camera and maps are those of protocols M (linear, in the photo's exposure) and S (encoded); S's
@@ -25,6 +25,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from experiments.provenance import provenance
 from mixlight.data import display
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
 from mixlight.evaluation.protocols import find

@@ -1,6 +1,6 @@
 """Gathers training runs into one table: what their configs differ in, and what validation said.
 
-    python experiments/trials.py runs/a runs/b ... --out experiments/results/trials.json
+    python -m experiments.trials runs/a runs/b ... --out experiments/results/trials.json
 
 Reads `config.json` and `log.jsonl` of each run. Runs that were stopped early are marked by their last step.
 A run of several members has no step of its own; there it is the card of the model.

@@ -113,14 +113,13 @@ def score(records: Sequence[PanoramaRecord], models: Sequence[str]) -> None:
         if np.isnan(found).any():
             raise SystemExit(f"{name}: expected runs that lack every place once, got {runs}")
         cells[name] = found
-        first = cells[next(iter(cells))]
-        pair = [{cell: x[:, k].tolist() for k, cell in enumerate(CELLS)} for x in (found, first)]
+        first = columns(cells[next(iter(cells))])
         rows[name] = {
             "commits": sorted(set(commits)),
             "val_score": val,
             "geometric_mean": dict(zip(CELLS, np.exp(np.log(found).mean(0)).round(4).tolist(), strict=True)),
             "median": dict(zip(CELLS, np.median(found, 0).round(4).tolist(), strict=True)),
-            "ratio": paired_ratio(*pair, groups),
+            "ratio": paired_ratio(columns(found), first, groups),
         }
         print(name, rows[name]["geometric_mean"], rows[name]["ratio"]["diffuse_rmse"])
     result = {
@@ -132,6 +131,11 @@ def score(records: Sequence[PanoramaRecord], models: Sequence[str]) -> None:
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+def columns(found: np.ndarray) -> dict[str, list[float]]:
+    """Each cell's errors by its name."""
+    return {cell: found[:, k].tolist() for k, cell in enumerate(CELLS)}
 
 
 if __name__ == "__main__":
