@@ -72,6 +72,7 @@ def main() -> None:
     # Now, before the pictures that it writes change the tree.
     made = provenance("one view of M a panorama, rendered by Mitsuba scalar_rgb", len(arguments.only), 0)
 
+    arguments.images.mkdir(parents=True, exist_ok=True)
     records = {record.scene: record for record in read_table(arguments.table)}
     estimator = Estimator.load(arguments.model)
     scenes = {}
