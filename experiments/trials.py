@@ -30,7 +30,7 @@ def main() -> None:
     parser.add_argument("runs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    configs = {run.name: _flat(json.loads((run / "config.json").read_text())) for run in arguments.runs}
+    configs = {run.name: _config(run) for run in arguments.runs}
     keys = sorted({key for config in configs.values() for key in config} - {"tables", "name", "workers"})
     differing = [k for k in keys if len({json.dumps(c.get(k)) for c in configs.values()}) > 1]
     trials = []
@@ -85,6 +85,13 @@ def _averaged(run: Path) -> dict[str, Any]:
             for number, row in enumerate(card["members"])
         ],
     }
+
+
+def _config(run: Path) -> dict[str, Any]:
+    """What a run was told, without a path of the machine that it ran on."""
+    config = _flat(json.loads((run / "config.json").read_text()))
+    files = {key: Path(config[key]) for key in ("backbone_weights", "model_weights") if config.get(key)}
+    return config | {key: f"{path.parent.name}/{path.name}".lstrip("/") for key, path in files.items()}
 
 
 def _flat(values: dict[str, Any], where: str = "") -> dict[str, Any]:

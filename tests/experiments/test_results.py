@@ -70,6 +70,12 @@ def test_every_commit_of_a_result_is_of_a_clean_tree(path: Path) -> None:
     assert "-dirty" not in path.read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("path", FILES, ids=named)
+def test_no_result_holds_a_path_of_the_machine_that_made_it(path: Path) -> None:
+    found_in = re.findall(r'"/[\w.-]+/[^"]*"', path.read_text(encoding="utf-8"))
+    assert found_in == []
+
+
 def test_provenance() -> None:
     made = provenance("M", 96, range(2))
     assert made["commit"] == commit()
