@@ -121,12 +121,11 @@ def write_tables(arguments: argparse.Namespace) -> list[str]:
                 ("rooms", {"room": weight} | dict.fromkeys(REAL, 0.0)),
                 ("both", {"room": weight}),
             ):
-                overrides = [f"tables={tables}", f"seed={seed}", "model.height=96", "model.width=128"]
-                overrides += ["members=1", "camera_views=0"]
+                overrides = [f"tables={tables}", f"seed={seed}"]
                 overrides += [f"sampling.weights.{key}={value}" for key, value in weights.items()]
                 sets = " ".join(f"--set '{override}'" for override in overrides)
                 run = f"runs/{name}-{size}_{what}_{seed}"
-                commands.append(f"mixlight train experiments/first_light.toml --out {run} {sets}")
+                commands.append(f"mixlight train experiments/quick.toml --out {run} {sets}")
     return commands
 
 

@@ -78,7 +78,7 @@ def test_trainings_differ_in_their_data_and_rooms_keep_their_share(sets: Path) -
     configs = {}
     for command in commands:
         words = shlex.split(command)
-        assert words[:3] == ["mixlight", "train", "experiments/first_light.toml"]
+        assert words[:3] == ["mixlight", "train", "experiments/quick.toml"]
         overrides = dict(w.split("=", 1) for k, w in enumerate(words) if words[k - 1] == "--set")
         import tomllib
 
