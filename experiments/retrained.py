@@ -1,15 +1,17 @@
 """Trainings that might go into the box, side by side: light and camera on val, and the errors on test.
 
-    python -m experiments.retrained data/panoramas.csv data/rooms.csv --model S=default --model U=FILE
+    python -m experiments.retrained data/panoramas.csv data/rooms.csv --model S=FILE --model R=default
 
 Val decides; test stands beside it so that nothing that was seen is kept back. Of several files, with a `+`
-between them, it is the mean of their weights.
+between them, it is the mean of their weights. Ratios are of the last model's errors on test over each one's:
+geometric means over the same photos, intervals over places.
 """
 
 import argparse
 import json
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -19,6 +21,7 @@ from experiments.provenance import provenance
 from experiments.rooms import CELLS, view_errors
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
+from mixlight.evaluation.statistics import paired_ratio
 from mixlight.image.atomic import atomic_path
 from mixlight.network import weights
 from mixlight.network.estimator import Estimator
@@ -27,6 +30,8 @@ from mixlight.training.validation import ValidationSet
 
 RESULT = Path(__file__).parent / "results" / "retrained.json"
 ROOM_AZIMUTHS = 2
+AZIMUTHS = 8
+"""Views of each real panorama."""
 
 
 def main() -> None:
@@ -40,16 +45,22 @@ def main() -> None:
     real, rooms = (read_table(table) for table in arguments.tables)
     val = {"real": select(real, "val", ["indoor"]), "rooms": select(rooms, "val")}
     models = {name: load(paths.split("+")) for name, _, paths in (m.partition("=") for m in arguments.model)}
-    canonical = next(iter(models.values())).model.settings.canonical
-    validation = ValidationSet([*val["real"], *val["rooms"]], canonical, ROOM_AZIMUTHS)
-    photos = collect(select(real, "test", ["indoor"]), canonical)
-    rows = {}
+    seen = [estimator.model.settings.canonical for estimator in models.values()]
+    validations = {c: ValidationSet([*val["real"], *val["rooms"]], c, ROOM_AZIMUTHS) for c in set(seen)}
+    test = select(real, "test", ["indoor"])
+    photos = {c: collect(test, c) for c in set(seen)}
+    groups = [record.group for record in test for _ in range(AZIMUTHS)]
+    rows: dict[str, Any] = {}
+    errors: dict[str, dict[str, list[float]]] = {}
     for name, estimator in models.items():
         model = estimator.model.eval()
+        canonical = model.settings.canonical
         with torch.inference_mode():
             camera = {kind: camera_error(records, model) for kind, records in val.items()}
-        medians = np.median(view_errors(model, photos), 0)
-        found_on_val = validation.evaluate(model)
+        found = view_errors(model, photos[canonical])
+        errors[name] = {cell: found[:, k].tolist() for k, cell in enumerate(CELLS)}
+        medians, means = np.median(found, 0), found.mean(0)
+        found_on_val = validations[canonical].evaluate(model)
         rows[name] = {
             "commit": estimator.card["commit"],
             "seed": estimator.card["config"]["seed"],
@@ -58,12 +69,16 @@ def main() -> None:
                 kind: {key: round(value, 2) for key, value in row.items()} for kind, row in camera.items()
             },
             "test_medians": {c: round(float(v), 4) for c, v in zip(CELLS, medians, strict=True)},
+            "test_means": {c: round(float(v), 4) for c, v in zip(CELLS, means, strict=True)},
         }
         print(name, rows[name])
+    last = errors[name]
+    for name, row in rows.items():
+        row["last_over_this"] = paired_ratio(last, errors[name], groups)
     result = {
         "val_panoramas": {kind: len(records) for kind, records in val.items()},
         "models": rows,
-        "provenance": provenance("M on test, validation's score on val", len(photos), None),
+        "provenance": provenance("M on test, validation's score on val", len(groups), 0),
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

@@ -14,7 +14,7 @@ import pytest
 from mixlight.app import cli
 
 ROOT = Path(__file__).resolve().parents[1]
-EXAMPLE = ROOT / "src/mixlight/assets/examples/lythwood_room.jpg"
+EXAMPLE = ROOT / "src/mixlight/assets/examples/comfy_cafe.jpg"
 PAGES = sorted(
     [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "benchmarks/README.md")]
     + list((ROOT / "docs").rglob("*.md"))

@@ -1,7 +1,10 @@
 """Training runs (docs/training.md)."""
 
+from experiments.tables.cells import error_ratios
 from experiments.tables.markdown import table
 from experiments.tables.results import Json, Tables, measured
+
+_COMPARED = ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse", "matte_si_rmse")
 
 
 @measured("trials")
@@ -40,6 +43,7 @@ def glow(found: Json) -> str:
 def retrained(found: Json) -> str:
     """Trainings that might go into the box: val, which decides, and test."""
     rows = []
+    last = list(found["models"])[-1]
     for name, row in found["models"].items():
         camera, test = row["camera_on_val"], row["test_medians"]
         rows.append(
@@ -47,15 +51,14 @@ def retrained(found: Json) -> str:
                 name,
                 *(f"{row['val'][key]:.4f}" for key in ("score", "real/score", "rooms/score")),
                 *(f"{camera[kind]['pitch_error_deg']:.1f}°" for kind in ("real", "rooms")),
-                *(
-                    f"{test[c]:.3f}"
-                    for c in ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse", "matte_si_rmse")
-                ),
+                *(f"{test[c]:.3f}" for c in _COMPARED),
+                *(["1"] * len(_COMPARED) if name == last else error_ratios(row["last_over_this"], _COMPARED)),
             ]
         )
     head = ("run", "val: score", "real", "rooms", "val: pitch, real", "pitch, rooms")
     tested = ("test: diffuse RMSE", "diffuse si-RMSE", "matte RMSE", "matte si-RMSE")
-    return table((*head, *tested), rows)
+    ratios = (f"test: {last}'s diffuse RMSE over this one's", *tested[1:])
+    return table((*head, *tested, *ratios), rows)
 
 
 @measured("unseen")
@@ -64,13 +67,13 @@ def unseen(found: Json) -> str:
     cells = ("diffuse_rmse", "diffuse_si_rmse", "matte_rmse", "matte_si_rmse")
     rows = []
     for name, row in found["models"].items():
-        ratio = row["ratio"]["diffuse_rmse"]
-        low, high = ratio["interval_95"]
+        over = row["ratio"]["diffuse_rmse"]
+        low, high = over["interval_95"]
         rows.append(
             [
                 name,
                 *(f"{row['geometric_mean'][cell]:.3f}" for cell in cells),
-                "1" if low == high else f"{ratio['ratio']:.2f} ({low:.2f}–{high:.2f})",
+                "1" if low == high else f"{over['ratio']:.2f} ({low:.2f}–{high:.2f})",
                 " ".join(f"{score:.3f}" for score in row["val_score"]),
             ]
         )
