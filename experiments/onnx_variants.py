@@ -4,7 +4,7 @@
         --out experiments/results/onnx.json
 
 Each variant of the model is run in onnxruntime on the fixed views of the split `val` (8 of each indoor
-panorama, 2 of each rendered room) and compared, view by view, with the network in PyTorch. The first three
+panorama and rendered room) and compared, view by view, with the network in PyTorch. The first three
 are those that `mixlight export --for onnx --precision` offers: their weights are narrowed in the file and
 widened on loading. The others compute in low precision and are here to say what that would cost.
 
@@ -138,7 +138,7 @@ def views(
     indoor = select(records, split, ("indoor",))
     if limit is not None:
         return collect(indoor[: -(-limit // 4)], canonical, 4)[:limit]
-    return collect(indoor, canonical) + collect(select(records, split, ("room",)), canonical, 2)
+    return collect(indoor, canonical) + collect(select(records, split, ("room",)), canonical)
 
 
 def variants(estimator: Estimator, calibration: np.ndarray, folder: Path) -> Iterator[tuple[str, Path]]:
