@@ -18,7 +18,7 @@ import torch
 
 from experiments.evaluation import camera_error
 from experiments.provenance import provenance
-from experiments.rooms import CELLS, view_errors
+from experiments.rooms import CELLS, columns, view_errors
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import read_table, select
 from mixlight.evaluation.statistics import paired_ratio
@@ -58,7 +58,7 @@ def main() -> None:
         with torch.inference_mode():
             camera = {kind: camera_error(records, model) for kind, records in val.items()}
         found = view_errors(model, photos[canonical])
-        errors[name] = {cell: found[:, k].tolist() for k, cell in enumerate(CELLS)}
+        errors[name] = columns(found)
         medians, means = np.median(found, 0), found.mean(0)
         found_on_val = validations[canonical].evaluate(model)
         rows[name] = {

@@ -268,6 +268,11 @@ def view_errors(model: MixLightNet, samples: Sequence[EvaluationSample]) -> np.n
     return torch.cat(rows).flatten(1).double().numpy()
 
 
+def columns(found: np.ndarray) -> dict[str, list[float]]:
+    """Each cell's errors, as `view_errors` gives them, by its name."""
+    return {cell: found[:, k].tolist() for k, cell in enumerate(CELLS)}
+
+
 def _run(name: str, card: Mapping[str, Any], labels: Mapping[str, str], cells: np.ndarray) -> Run:
     """A run as its card describes it."""
     counts = dict(card["data"]["by_category"])

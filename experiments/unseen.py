@@ -21,7 +21,7 @@ import numpy as np
 import torch
 
 from experiments.provenance import provenance
-from experiments.rooms import CELLS, as_csv, view_errors
+from experiments.rooms import CELLS, as_csv, columns, view_errors
 from mixlight.data.evaluation_set import collect
 from mixlight.data.panoramas import PanoramaRecord, read_table, select
 from mixlight.evaluation.statistics import paired_ratio
@@ -131,11 +131,6 @@ def score(records: Sequence[PanoramaRecord], models: Sequence[str]) -> None:
     }
     with atomic_path(RESULT) as temporary:
         temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-
-
-def columns(found: np.ndarray) -> dict[str, list[float]]:
-    """Each cell's errors by its name."""
-    return {cell: found[:, k].tolist() for k, cell in enumerate(CELLS)}
 
 
 if __name__ == "__main__":
