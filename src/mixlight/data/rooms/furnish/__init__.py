@@ -7,7 +7,7 @@ from dataclasses import replace
 from random import Random
 
 from mixlight.data.rooms.catalogue import Catalogue
-from mixlight.data.rooms.furnish import clutter, homes, public
+from mixlight.data.rooms.furnish import clutter, homes, kitchens, public, trade
 from mixlight.data.rooms.furnish.mixes import MORE
 from mixlight.data.rooms.furnish.room import Room
 from mixlight.data.rooms.pieces import draw_style
@@ -18,13 +18,13 @@ __all__ = ["furnish"]
 _RULES: dict[str, Callable[[Room], object]] = {
     "living": homes.living,
     "bedroom": homes.bedroom,
-    "kitchen": homes.kitchen,
+    "kitchen": kitchens.kitchen,
     "bathroom": homes.bathroom,
     "office": public.office,
     "hall": public.hall,
     "corridor": public.corridor,
-    "shop": public.shop,
-    "workshop": public.workshop,
+    "shop": trade.shop,
+    "workshop": trade.workshop,
     "empty": public.empty,
 }
 """What fills a space of each kind."""

@@ -21,6 +21,7 @@ from mixlight.data.rooms.pieces import (
     shelves,
     tables,
     tableware,
+    tools,
     trade,
     trifles,
     wardrobes,
@@ -58,6 +59,7 @@ _MODULES = (
     trifles,
     floor_things,
     trade,
+    tools,
 )
 
 PIECES: dict[str, Piece] = {piece.name: piece for module in _MODULES for piece in module.PIECES}

@@ -8,7 +8,7 @@ from random import Random
 from mixlight.data.rooms.palette import choose, wood_colour
 from mixlight.data.rooms.plan import Colour, Surface
 
-__all__ = ["CARDBOARD", "Style", "draw_style", "tone"]
+__all__ = ["CARDBOARD", "RAW_WOOD", "Style", "draw_style", "tone"]
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,8 @@ class Style:
 
 CARDBOARD = Surface("paper", (0.33, 0.21, 0.11), roughness=0.9)
 """Of boxes."""
+RAW_WOOD = Surface("wood", (0.36, 0.23, 0.12), roughness=0.75)
+"""Of crates, pallets and boards."""
 
 
 def tone(rng: Random, tint: Colour, low: float, high: float, *, spread: float = 0.05) -> Colour:
