@@ -124,6 +124,9 @@ def test_without_the_skies_that_were_named(run: Run, tmp_path: Path) -> None:
         (("--cuont",), "unrecognized arguments: --cuont"),
         (("tidy",), "invalid choice: 'tidy'"),
         (("preview", 1, "room.jpg"), "expected a name that ends in .png"),
+        (("preview", "x", "room.png"), "expected a whole number from 0 to 1000000000"),
+        (("preview", 1, "room.png", "--width", 8), "expected a whole number from 16 to 8192"),
+        (("preview", 1, "room.png", "--library", "y", "--no-library"), "received both"),
     ],
 )
 def test_calls_that_cannot_be(run: Run, arguments: tuple[object, ...], said: str) -> None:
@@ -138,6 +141,40 @@ def test_a_width_that_cannot_be(run: Run, tmp_path: Path) -> None:
     assert status == 1
     assert "width: expected a multiple of 4 from 16 on, received 66" in err
     assert not (tmp_path / "set").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "passed"), [(("--no-library",), None), (("--library", "here"), "here"), ((), "found")]
+)
+def test_furniture_of_the_preview(
+    run: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    options: tuple[str, ...],
+    passed: str | None,
+) -> None:
+    from mixlight.data.rooms import make_plan
+    from mixlight.data.rooms.catalogue import Catalogue
+
+    asked: list[object] = []
+
+    def no_plan(seed: int, *, library: object, **_: object) -> None:
+        asked.append(library)
+        raise ValueError("no plan")
+
+    monkeypatch.setattr(make_plan, "make_plan", no_plan)
+    monkeypatch.setattr(Catalogue, "find", lambda: "found")
+    monkeypatch.setattr(Catalogue, "load", str)
+    status, _, err = run("rooms", "preview", 5, tmp_path / "a.png", *options)
+    assert (status, err) == (1, "mixlight: no plan\n")
+    assert asked == [passed]
+
+
+def test_a_preview_without_the_library_that_was_named(run: Run, tmp_path: Path) -> None:
+    status, _, err = run("rooms", "preview", 5, tmp_path / "a.png", "--library", tmp_path / "none")
+    assert status == 1
+    assert "run `mixlight rooms assets`" in err
+    assert not (tmp_path / "a.png").exists()
 
 
 def test_preview(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from mixlight.app import rooms_assets, rooms_preview, rooms_sheet, rooms_stats
 from mixlight.app.arguments import whole
 from mixlight.app.report import UsageError, complain, describe, print_json
+from mixlight.app.rooms_library import add_library_options, check_library_options, chosen_library
 
 if TYPE_CHECKING:
-    from mixlight.data.rooms.catalogue import Catalogue
     from mixlight.data.rooms.render import Outcome
     from mixlight.data.rooms.skies import OutdoorSky
 
@@ -61,13 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="table of panoramas: its outdoor ones of the split train stand outside the windows (default: "
         "skies made up)",
     )  # fmt: skip
-    parser.add_argument(
-        "--library", type=Path, metavar="DIR",
-        help="furniture, as `mixlight rooms assets` makes it (default: where that puts it, if it is there)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--no-library", action="store_true", help="only furniture that MixLight makes up itself"
-    )
+    add_library_options(parser)
     parser.add_argument(
         "--lossless", action="store_true", help="keep every half float as it is, at three times the size"
     )
@@ -88,8 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     for option in ("count", "out"):
         if getattr(arguments, option) is None:
             raise UsageError(f"rooms: expected --{option}, or an action: {', '.join(ACTIONS)}")
-    if arguments.no_library and arguments.library is not None:
-        raise UsageError("rooms: expected --library or --no-library, received both")
+    check_library_options(arguments)
     from mixlight.blender.program import BlenderError
     from mixlight.data.rooms.render import RenderError
 
@@ -116,7 +109,7 @@ def _render(arguments: argparse.Namespace) -> int:
     rooms = Rooms(
         Settings(width=arguments.width, samples=arguments.samples),
         arguments.cameras,
-        _library(arguments),
+        chosen_library(arguments),
         _skies(arguments.skies),
         arguments.timeout,
         arguments.lossless,
@@ -159,14 +152,6 @@ def _say(out: Path, outcome: "Outcome") -> None:
     else:
         line["error"] = outcome.error
     print_json(line)
-
-
-def _library(arguments: argparse.Namespace) -> "Catalogue | None":
-    from mixlight.data.rooms.catalogue import Catalogue
-
-    if arguments.no_library:
-        return None
-    return Catalogue.find() if arguments.library is None else Catalogue.load(arguments.library)
 
 
 def _skies(table: Path | None) -> "tuple[OutdoorSky, ...]":

@@ -6,21 +6,26 @@ import time
 from pathlib import Path
 from typing import Any
 
+from mixlight.app.arguments import whole
 from mixlight.app.report import UsageError, complain, describe, print_json
+from mixlight.app.rooms_library import add_library_options, check_library_options, chosen_library
 
 HELP = "look at one room, small and quick"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line of `mixlight rooms preview`."""
-    parser.add_argument("room", type=int, metavar="SEED", help="of the room")
+    parser.add_argument("room", type=whole(0, 10**9), metavar="SEED", help="of the room")
     parser.add_argument("picture", type=Path, metavar="FILE.png", help="the picture to write")
     parser.add_argument(
-        "--width", type=int, default=512, metavar="PIXELS", help="of the panorama (default: %(default)s)"
-    )
+        "--width", type=whole(16, 8192), default=512, metavar="PIXELS",
+        help="of the panorama, which is half as high (default: %(default)s)",
+    )  # fmt: skip
     parser.add_argument(
-        "--samples", type=int, default=4, metavar="N", help="light paths a pixel (default: %(default)s)"
-    )
+        "--samples", type=whole(1, 65536), default=4, metavar="N",
+        help="light paths a pixel, before the noise is taken off (default: %(default)s)",
+    )  # fmt: skip
+    add_library_options(parser)
     parser.add_argument("--kind", metavar="KIND", help="make it a kitchen, an office ... (default: drawn)")
     parser.add_argument("--json", action="store_true", dest="as_json", help="print one line of JSON")
 
@@ -31,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.picture.suffix.lower() != ".png":
         raise UsageError(f"{arguments.picture}: expected a name that ends in .png")
+    check_library_options(arguments)
     start = time.perf_counter()
     try:
         said = _make(arguments)
@@ -55,7 +61,6 @@ def _make(arguments: argparse.Namespace) -> dict[str, Any]:
 
     from mixlight.blender.program import BlenderError, find_blender
     from mixlight.blender.session import Session
-    from mixlight.data.rooms.catalogue import Catalogue
     from mixlight.data.rooms.job import Settings, read_raw, write_job
     from mixlight.data.rooms.make_plan import make_plan
     from mixlight.data.rooms.render import SCRIPT, switched_on, threads_of
@@ -64,7 +69,7 @@ def _make(arguments: argparse.Namespace) -> dict[str, Any]:
 
     find_blender()
     settings = Settings(width=arguments.width, samples=arguments.samples)
-    library = Catalogue.find()
+    library = chosen_library(arguments)
     plan = make_plan(arguments.room, library=library, cameras=1, kind=arguments.kind)
     scene = build(plan, catalogue=library)
     with (
