@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.timing import Result, side_by_side
+from mixlight.data.training_set import Batch
 from mixlight.image import radiance
 from mixlight.network.estimator import Estimator
 from mixlight.training.config import read_config
@@ -39,6 +40,7 @@ def measure() -> Result:
         )
         run = Run(read_config(folder / "config.toml"), folder / "run", resume=False, cache=folder)
         batch = run.training_set.batch(0, 0, SIZE)
+        assert isinstance(batch, Batch)  # as the config freezes nothing
         backbone = run.model.backbone
 
         def bare() -> None:

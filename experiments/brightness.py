@@ -46,7 +46,7 @@ def main() -> None:
         records = select(read_table(Path(table)), "train")
         groups[name] = records[:: max(1, len(records) // arguments.count)][: arguments.count]
     made = provenance("views of M; medians and quartiles over views", sum(map(len, groups.values())), None)
-    result = {
+    result: dict[str, Any] = {
         "question": "ln(mean luminance of the panorama / mean luminance of the photo)",
         "groups": {name: measured(records) for name, records in groups.items()},
         "provenance": made,

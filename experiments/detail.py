@@ -77,7 +77,7 @@ def main() -> None:
         kind: measure.variants(select(records, "val", (category,)), VARIANTS, azimuths)
         for kind, category, azimuths in (("panoramas", "indoor", 8), ("rendered rooms", "room", 2))
     }
-    result = {
+    result: dict[str, Any] = {
         "question": "what the photo's own pixels in the map are worth",
         "provenance": provenance(
             " ".join(str(__doc__).split("\n\n")[2].split()), len(select(records, "test", ("indoor",))), 0

@@ -46,12 +46,13 @@ def main() -> None:
     estimator = Estimator.load(arguments.model)
     model, settings = estimator.model, estimator.model.settings
     model.glow = None  # the light as it is predicted
+    mode = settings.sparse_mode if settings.sparse_mode != "softmax" else "masked"  # as the model's own
     real = collect([r for r in records if r.category != "room"], settings.canonical)
     rooms = collect([r for r in records if r.category == "room"], settings.canonical, ROOM_AZIMUTHS)
     samples = [*real, *rooms]
     variants: dict[str, Callable[[Prediction], Prediction]] = {"all anchors": lambda light: light}
     for gain in GAINS:
-        glow = Glow(settings.anchors, settings.sharpness, gain, settings.sparse_mode)
+        glow = Glow(settings.anchors, settings.sharpness, gain, mode)
         variants[f"renormalised {gain:g}"] = _renormalised(glow)
         variants[f"glow {gain:g}"] = glow
     predictions = {}
@@ -95,7 +96,7 @@ def main() -> None:
 
 def _renormalised(glow: Glow) -> Callable[[Prediction], Prediction]:
     def variant(light: Prediction) -> Prediction:
-        chosen = glow(light)
+        chosen: Prediction = glow(light)
         return replace(chosen, intensity=light.intensity, ambient=light.ambient)
 
     return variant

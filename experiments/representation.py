@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import torch
@@ -29,7 +29,7 @@ from mixlight.light.fit import ANCHORS, Parameters, parameters
 from mixlight.light.gaussians import SHARPNESS
 from mixlight.light.lighting import Lighting
 from mixlight.light.lights import merge
-from mixlight.light.separate import luminance, separate, source_mask
+from mixlight.light.separate import Method, luminance, separate, source_mask
 from mixlight.loss.transport import SphericalSinkhorn
 from mixlight.network.canonical import CanonicalView
 from mixlight.network.sparsemax import MODES, slsparsemax
@@ -41,7 +41,7 @@ HEIGHT = 128
 AZIMUTHS = 4
 CATEGORIES = ("indoor", "studio")
 FRACTIONS = (0.02, 0.05, 0.1)
-RULES = tuple((method, fraction) for method in ("top_fraction", "max_fraction") for fraction in FRACTIONS)
+RULES: tuple[tuple[Method, float], ...] = tuple((m, f) for m in get_args(Method) for f in FRACTIONS)
 DEGREES = (1, 3, 4)
 NOISE = (0.005, 0.01, 0.02)
 CELLS = tuple(f"{sphere}_{kind}" for kind in ("rmse", "si_rmse") for sphere in SPHERES)

@@ -57,7 +57,7 @@ def main() -> None:
     for file in files:
         for name, found in of_camera(file, renderer).items():
             rows[name] += found
-    result = {
+    result: dict[str, Any] = {
         "question": "what lossy storage of light groups costs",
         "provenance": made,
         "rooms": {"made by": header["mixlight"], "width": header["width"], "seeds": seeds},

@@ -62,7 +62,7 @@ def main() -> None:
             for name, method in METHODS.items():
                 cells = _directions(lighting, method, angle)
                 rows[name].append(cells | _cost(renderer, lighting, method(lighting, angle), true))
-    result = {
+    result: dict[str, Any] = {
         "question": "what turning a light costs",
         "provenance": provenance("lights fitted to panoramas, see cells", len(records), None),
         "turns_deg": [round(columns * 180 / HEIGHT, 4) for columns in COLUMNS],

@@ -8,26 +8,33 @@ All three are designed here and nowhere else, in metres, standing on y = 0 and f
 import json
 import math
 import struct
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 OUT = Path("src/mixlight/assets/objects")
+
+Material = dict[str, Any]
+"""As glTF writes it."""
 
 
 class Shape:
     """Triangles with normals."""
 
-    def __init__(self, positions, normals, triangles):
+    def __init__(self, positions: ArrayLike, normals: ArrayLike, triangles: ArrayLike) -> None:
         self.positions = np.asarray(positions, np.float32).reshape(-1, 3)
         self.normals = np.asarray(normals, np.float32).reshape(-1, 3)
         self.normals /= np.maximum(np.linalg.norm(self.normals, axis=1, keepdims=True), 1e-12)
         self.triangles = np.asarray(triangles, np.uint32).reshape(-1, 3)
 
-    def moved(self, offset):
-        return Shape(self.positions + np.float32(offset), self.normals, self.triangles)
+    def moved(self, offset: Sequence[float]) -> "Shape":
+        """Set off by [x, y, z]."""
+        return Shape(self.positions + np.asarray(offset, np.float32), self.normals, self.triangles)
 
-    def turned(self, axis, angle):
+    def turned(self, axis: int, angle: float) -> "Shape":
         """Rotated about one of the axes through the origin."""
         c, s = math.cos(angle), math.sin(angle)
         i, j = (axis + 1) % 3, (axis + 2) % 3
@@ -36,7 +43,11 @@ class Shape:
         return Shape(self.positions @ matrix.T, self.normals @ matrix.T, self.triangles)
 
 
-def joined(*shapes):
+Part = tuple[str, Shape, tuple[float, float, float], Material]
+"""Name, triangles, where they stand, what they are made of."""
+
+
+def joined(*shapes: Shape) -> Shape:
     offsets = np.cumsum([0] + [len(s.positions) for s in shapes[:-1]])
     return Shape(
         np.concatenate([s.positions for s in shapes]),
@@ -45,7 +56,7 @@ def joined(*shapes):
     )
 
 
-def grid(positions, normals):
+def grid(positions: NDArray[Any], normals: NDArray[Any]) -> Shape:
     """A surface from [rows, columns, 3] points."""
     rows, columns = positions.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
@@ -56,15 +67,15 @@ def grid(positions, normals):
     return Shape(positions, normals, triangles[area > 1e-12])
 
 
-def lathe(profile, around=96):
+def lathe(outline: ArrayLike, around: int = 96) -> Shape:
     """Turn a profile [(radius, height), ...] about +Y; the outside is on its right, going upwards."""
-    profile = np.asarray(profile, float)
+    profile = np.asarray(outline, float)
     tangent = np.gradient(profile, axis=0)
     outward = np.stack([tangent[:, 1], -tangent[:, 0]], -1)
     angle = np.linspace(0, 2 * math.pi, around + 1)
     ring = np.stack([np.sin(angle), np.cos(angle)], -1)  # counter-clockwise as seen from above
 
-    def turned(values):
+    def turned(values: NDArray[Any]) -> NDArray[Any]:
         radial = values[:, None, :1] * ring
         return np.stack(
             [radial[..., 0], np.broadcast_to(values[:, 1:], radial.shape[:2]), radial[..., 1]], -1
@@ -75,17 +86,22 @@ def lathe(profile, around=96):
     return surface
 
 
-def spline(points, count):
+def spline(knots: ArrayLike, count: int) -> NDArray[np.float64]:
     """A Catmull-Rom curve through the points."""
-    points = np.asarray(points, float)
+    points = np.asarray(knots, float)
     padded = np.concatenate([2 * points[:1] - points[1:2], points, 2 * points[-1:] - points[-2:-1]])
     t = np.linspace(0, len(points) - 1 - 1e-9, count)
     k, f = t.astype(int), (t % 1)[:, None]
     a, b, c, d = (padded[k + i] for i in range(4))
-    return 0.5 * (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f**2 + (3 * (b - c) + d - a) * f**3)
+    curve: NDArray[np.float64] = 0.5 * (
+        2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f**2 + (3 * (b - c) + d - a) * f**3
+    )
+    return curve
 
 
-def tube(points, radii, count=48, around=32, flatten=1.0):
+def tube(
+    points: ArrayLike, radii: Sequence[float], count: int = 48, around: int = 32, flatten: float = 1.0
+) -> Shape:
     """A round tube along a curve in the plane z = 0, with the radius following along."""
     path = spline(points, count)
     radius = np.interp(np.linspace(0, 1, count), np.linspace(0, 1, len(radii)), radii)[:, None, None]
@@ -101,7 +117,7 @@ def tube(points, radii, count=48, around=32, flatten=1.0):
     return surface
 
 
-def sphere(radius, rows=48):
+def sphere(radius: float, rows: int = 48) -> Shape:
     v = np.linspace(-math.pi / 2, math.pi / 2, rows + 1)
     profile = np.stack([np.cos(v).clip(0), np.sin(v)], -1) * radius
     ball = lathe(profile, 2 * rows)
@@ -109,7 +125,7 @@ def sphere(radius, rows=48):
     return ball.moved((0, radius, 0))
 
 
-def box(size, bevel=0.006, steps=4):
+def box(size: Sequence[float], bevel: float = 0.006, steps: int = 4) -> Shape:
     """A box with rounded edges, centred at the origin."""
     half = np.asarray(size, float) / 2
     shapes = []
@@ -135,17 +151,28 @@ def box(size, bevel=0.006, steps=4):
     return joined(*shapes)
 
 
-def write(path, parts):
+def write(path: Path, parts: list[Part]) -> None:
     """A .glb of parts [(name, Shape, offset, material)]; shapes used twice are stored once."""
-    blob, views, accessors, meshes, nodes, materials, stored = b"", [], [], [], [], [], {}
+    blob = b""
+    views: list[dict[str, Any]] = []
+    accessors: list[dict[str, Any]] = []
+    meshes: list[dict[str, Any]] = []
+    nodes: list[dict[str, Any]] = []
+    materials: list[Material] = []
+    stored: dict[int, tuple[dict[str, int], int]] = {}
 
-    def store(array, target, kind, component):
+    def store(array: NDArray[Any], target: int, kind: str, component: int) -> int:
         nonlocal blob
         blob += b"\0" * (-len(blob) % 4)
         data = np.ascontiguousarray(array).tobytes()
         views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data), "target": target})
         blob += data
-        entry = {"bufferView": len(views) - 1, "componentType": component, "count": array.size, "type": kind}
+        entry: dict[str, Any] = {
+            "bufferView": len(views) - 1,
+            "componentType": component,
+            "count": array.size,
+            "type": kind,
+        }
         if kind == "VEC3":
             entry |= {"count": len(array), "min": array.min(0).tolist(), "max": array.max(0).tolist()}
         accessors.append(entry)
@@ -154,13 +181,13 @@ def write(path, parts):
     for name, shape, offset, material in parts:
         if id(shape) not in stored:
             small = len(shape.positions) <= 65535
-            indices = shape.triangles.astype(np.uint16 if small else np.uint32).reshape(-1)
+            corners = shape.triangles.astype(np.uint16 if small else np.uint32).reshape(-1)
             stored[id(shape)] = (
                 {
                     "POSITION": store(shape.positions, 34962, "VEC3", 5126),
                     "NORMAL": store(shape.normals, 34962, "VEC3", 5126),
                 },
-                store(indices, 34963, "SCALAR", 5123 if small else 5125),
+                store(corners, 34963, "SCALAR", 5123 if small else 5125),
             )
         attributes, indices = stored[id(shape)]
         if material not in materials:
@@ -190,7 +217,8 @@ def write(path, parts):
     print(f"{path}  {len(parts)} parts, {size / 1e3:.0f} kB")
 
 
-def material(name, colour, metallic, roughness):
+def material(name: str, colour: tuple[float, float, float], metallic: float, roughness: float) -> Material:
+    """A glTF material; `colour` is linear."""
     return {
         "name": name,
         "pbrMetallicRoughness": {
@@ -201,7 +229,7 @@ def material(name, colour, metallic, roughness):
     }
 
 
-def spheres():
+def spheres() -> list[Part]:
     """Diffuse gray, matte silver, mirror silver: the three of the protocol, side by side."""
     ball = sphere(0.1)
     return [
@@ -211,7 +239,7 @@ def spheres():
     ]
 
 
-def teapot():
+def teapot() -> list[Part]:
     """A low, wide pot of glazed stoneware with a lid, a spout that rises in a curve, and a loop handle."""
     body = lathe(
         spline([(0.0, 0.0), (0.052, 0.0), (0.060, 0.004), (0.066, 0.012), (0.092, 0.040), (0.101, 0.068),
@@ -243,7 +271,7 @@ def teapot():
     return [("pot", joined(body, spout, lip, handle), (0, 0, 0), glaze), ("lid", lid, (0, 0, 0), glaze)]
 
 
-def chair():
+def chair() -> list[Part]:
     """A plain wooden chair: four splayed legs, stretchers, a seat with a cushion, three back slats."""
     wood, cloth = (
         material("oiled oak", (0.42, 0.25, 0.12), 0.0, 0.45),

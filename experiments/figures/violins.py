@@ -61,7 +61,8 @@ def draw(result: dict[str, Any]) -> Figure:
 def errors(result: dict[str, Any], variant: str, part: str) -> np.ndarray:
     """Of all spheres and views together, as the paper draws them."""
     views = result["variants"][variant]["parts"][part]["views"]
-    return np.maximum(np.concatenate([np.array(column) for column in views.values()]), 1e-6)
+    found: np.ndarray = np.concatenate([np.array(column) for column in views.values()])
+    return found.clip(1e-6)
 
 
 if __name__ == "__main__":

@@ -101,10 +101,10 @@ class Surface:
     def kernel(self, light: Array, view: Array, normal: Array) -> Array:
         single = np.interp(view @ normal, self.cosines, self.single)
         scale = 1 + self.more * (1 - single) / single
-        bounced = ggx(light, view, normal, self.alpha) * self.fresnel(light, view) * scale
+        bounced: Array = ggx(light, view, normal, self.alpha) * self.fresnel(light, view) * scale
         if self.metal:
             return bounced
-        left = 1 - scale * np.interp(view @ normal, self.cosines, self.shown)
+        left: Array = 1 - scale * np.interp(view @ normal, self.cosines, self.shown)
         return bounced + left * self.colour / math.pi * np.maximum(light @ normal, 0)
 
 

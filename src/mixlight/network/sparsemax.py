@@ -17,7 +17,7 @@ __all__ = ["MODES", "Mode", "SLSparsemax", "slsparsemax", "sparsemax"]
 
 Mode = Literal["masked", "literal", "sparsemax", "none"]
 
-MODES: tuple[str, ...] = get_args(Mode)
+MODES: tuple[Mode, ...] = get_args(Mode)
 """The modes of `slsparsemax`, the default first."""
 
 _BLOCK = 1 << 17
