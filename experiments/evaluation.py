@@ -20,8 +20,8 @@ from typing import Any
 
 import torch
 
+from experiments.numbers import rounded
 from experiments.provenance import provenance
-from experiments.representation import rounded
 from mixlight.app import cli
 from mixlight.data.camera_model import exposure_gain, plain_photo
 from mixlight.data.crops import Crop, take_view
