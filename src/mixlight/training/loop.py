@@ -6,14 +6,12 @@ import contextlib
 import hashlib
 import json
 import math
-import multiprocessing
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import torch
 from torch import Tensor
-from torch.utils.data import DataLoader, Dataset
 from tqdm import tqdm
 
 from mixlight.data.labels import default_cache
@@ -25,6 +23,7 @@ from mixlight.network import weights
 from mixlight.network.methods import AnyNet, create
 from mixlight.network.model import mean_linear_colour
 from mixlight.training import checkpoint as checkpoints
+from mixlight.training.average import follow
 from mixlight.training.camera import fit_camera
 from mixlight.training.card import commit, make_card, versions
 from mixlight.training.config import WORDS, OptimiserSettings, TrainingConfig, differences, to_plain
@@ -33,6 +32,7 @@ from mixlight.training.log import RunLog
 from mixlight.training.members import prepare, train_members
 from mixlight.training.objective import Truth, make_objective, truth_of
 from mixlight.training.schedule import freeze, make_optimiser, rate_share, set_rate, set_training_mode
+from mixlight.training.stream import stream
 from mixlight.training.validation import ValidationSet
 
 MODEL_FILE = "model.safetensors"
@@ -82,16 +82,6 @@ def train(config: TrainingConfig, out: Path, *, resume: bool = True, cache: Path
         return Run(member, folder, resume=True, cache=cache, validation=validation)
 
     return train_members(config, out, start)
-
-
-class _Steps(Dataset[Batch | FeatureBatch]):
-    """Batches by step number, for a loader process."""
-
-    def __init__(self, training_set: TrainingSet | FeatureBank, seed: int, size: int) -> None:
-        self.training_set, self.seed, self.size = training_set, seed, size
-
-    def __getitem__(self, step: int) -> Batch | FeatureBatch:
-        return self.training_set.batch(self.seed, step, self.size)
 
 
 class Run:
@@ -199,20 +189,7 @@ class Run:
     def _batches(self) -> Iterator[Batch | FeatureBatch]:
         config = self.config
         steps = range(self.step, config.steps)
-        dataset = _Steps(self.training_set, config.views_seed, config.batch_size)
-        if not config.workers or config.frozen_views:
-            return (dataset[step] for step in steps)
-        # Forked workers share the panoramas' memory with this process.
-        forks = "fork" in multiprocessing.get_all_start_methods()
-        loader = DataLoader(
-            dataset,
-            batch_size=None,
-            sampler=steps,
-            num_workers=config.workers,
-            prefetch_factor=4,
-            multiprocessing_context="fork" if forks else None,
-        )
-        return iter(loader)
+        return stream(self.training_set, config.views_seed, config.batch_size, steps, config.workers)
 
     @contextlib.contextmanager
     def _seeded(self, seed: int) -> Iterator[None]:
@@ -272,7 +249,7 @@ class Run:
             self.skipped = 0
         else:
             self._skip(float(loss.detach()))
-        self._update_average()
+        follow(self._moving(), self.model.state_dict(), config.optimiser.ema_decay, self.step)
         values = {"loss": loss.detach(), "gradient": norm, **terms}
         numbers = torch.stack([value.float() for value in values.values()]).tolist()
         return {name: round(number, 5) for name, number in zip(values, numbers, strict=True)}
@@ -287,17 +264,10 @@ class Run:
                 f"{self.step + 1}; a lower learning_rate may help"
             )
 
-    @torch.no_grad()
-    def _update_average(self) -> None:
-        # Bias-corrected at the start: the first steps average over what there is.
-        decay = min(self.config.optimiser.ema_decay, (1 + self.step) / (10 + self.step))
-        for key, value in self.model.state_dict().items():
-            if self.config.frozen_views and key.startswith("backbone."):
-                continue
-            if value.dtype.is_floating_point:
-                self.average[key].lerp_(value, 1 - decay)
-            else:
-                self.average[key].copy_(value)
+    def _moving(self) -> dict[str, Tensor]:
+        """The averaged weights that training can change."""
+        frozen = self.config.frozen_views > 0
+        return {k: v for k, v in self.average.items() if not (frozen and k.startswith("backbone."))}
 
     def _validate(self) -> None:
         trained = {k: v.detach().clone() for k, v in self.model.state_dict().items()}
