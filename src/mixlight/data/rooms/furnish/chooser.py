@@ -54,6 +54,10 @@ class Chooser:
                 return item
         return None
 
+    def chosen(self, thing: str | Item | None, **limits: Any) -> Item | None:
+        """A thing that was chosen before as it is, or one of this kind; see `make`."""
+        return self.make(thing, **limits) if isinstance(thing, str) else thing
+
     def again(self, kind: str, **limits: Any) -> Item | None:
         """The same thing as the last time this was asked for in this room: chairs of one table match."""
         if kind not in self._same:

@@ -30,7 +30,7 @@ class Floor(Space):
     ) -> Placed | None:
         """Somewhere on the floor, along the walls' directions give or take `loose` radians."""
         rng = self.rng
-        item = self.make(thing, **limits) if isinstance(thing, str) else thing
+        item = self.chosen(thing, **limits)
         if item is None:
             return None
         x0, y0, x1, y1 = self.bounds
@@ -53,7 +53,7 @@ class Floor(Space):
         **limits: Any,
     ) -> Placed | None:
         """Next to a thing, on its +x side (side 1) or its -x side (side -1), their backs in line."""
-        item = self.make(thing, **limits) if isinstance(thing, str) else thing
+        item = self.chosen(thing, **limits)
         if item is None:
             return None
         base = anchor.item
@@ -74,7 +74,7 @@ class Floor(Space):
         **limits: Any,
     ) -> Placed | None:
         """In front of a thing, `distance` metres between them, facing it or facing as it does."""
-        item = self.make(thing, **limits) if isinstance(thing, str) else thing
+        item = self.chosen(thing, **limits)
         if item is None:
             return None
         base = anchor.item
@@ -139,7 +139,7 @@ class Floor(Space):
     def ceiling(self, thing: str | Item | None, **limits: Any) -> Placed | None:
         """Under the ceiling, along the walls."""
         rng = self.rng
-        item = self.make(thing, **limits) if isinstance(thing, str) else thing
+        item = self.chosen(thing, **limits)
         if item is None:
             return None
         x0, y0, x1, y1 = self.bounds

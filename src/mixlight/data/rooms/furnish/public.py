@@ -36,19 +36,20 @@ def office(room: Room) -> None:
         for _ in range(rng.randint(1, max(1, count // 2))):
             if room.chance(often) and not room.full(0.45):
                 room.against(room.again(kind), gap=rng.uniform(0.01, 0.03))
-    for kind, often, most in (
-        ("plant", 0.7, 4),
-        ("bin", 0.9, 4),
-        ("water_cooler", 0.2, 1),
-        ("coat_stand", 0.4, 1),
-        ("box", 0.5, 5),
-        ("chair", 0.4, 3),
-        ("armchair", 0.25, 2),
-        ("bag", 0.5, 3),
-    ):
-        for _ in range(rng.randint(0, most)):
-            if room.chance(often) and not room.full(0.45):
-                room.against(kind, corner=0.3)
+    room.scatter(
+        (
+            ("plant", 0.7, 4),
+            ("bin", 0.9, 4),
+            ("water_cooler", 0.2, 1),
+            ("coat_stand", 0.4, 1),
+            ("box", 0.5, 5),
+            ("chair", 0.4, 3),
+            ("armchair", 0.25, 2),
+            ("bag", 0.5, 3),
+        ),
+        full=0.45,
+        corner=0.3,
+    )
     for _ in range(rng.randint(0, 2)):
         room.hang("board", middle=(1.4, 1.6))
     if room.chance(0.15):
@@ -80,23 +81,24 @@ def hall(room: Room) -> None:
         chair_rows(room)
     if room.chance(0.7):
         room.against("counter", gap=rng.choice([0.02, 1.0]))
-    for kind, often, most in (
-        ("plant", 0.8, 8),
-        ("sideboard", 0.5, 3),
-        ("shelf", 0.5, 4),
-        ("bench", 0.4, 4),
-        ("console", 0.3, 3),
-        ("display_cabinet", 0.4, 3),
-        ("piano", 0.15, 1),
-        ("bin", 0.6, 3),
-        ("armchair", 0.4, 4),
-        ("cabinet", 0.5, 4),
-        ("screen_divider", 0.2, 2),
-        ("box", 0.3, 4),
-    ):
-        for _ in range(rng.randint(0, most)):
-            if room.chance(often) and not room.full(0.4):
-                room.against(kind, corner=0.3)
+    room.scatter(
+        (
+            ("plant", 0.8, 8),
+            ("sideboard", 0.5, 3),
+            ("shelf", 0.5, 4),
+            ("bench", 0.4, 4),
+            ("console", 0.3, 3),
+            ("display_cabinet", 0.4, 3),
+            ("piano", 0.15, 1),
+            ("bin", 0.6, 3),
+            ("armchair", 0.4, 4),
+            ("cabinet", 0.5, 4),
+            ("screen_divider", 0.2, 2),
+            ("box", 0.3, 4),
+        ),
+        full=0.4,
+        corner=0.3,
+    )
     for _ in range(rng.randint(0, 3)):
         if room.chance(0.3):
             room.free("person", margin=0.3)

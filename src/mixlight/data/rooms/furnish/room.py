@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from mixlight.data.rooms.furnish.floor import Floor
 from mixlight.data.rooms.furnish.tabletops import Tabletops
@@ -27,3 +27,27 @@ class Room(Walls, Floor, Tabletops):
             else:
                 placed = self.against(kind, corner=0.35, tries=8)
             misses += placed is None
+
+    def scatter(
+        self,
+        kinds: Iterable[tuple[str, float, int]],
+        full: float,
+        *,
+        walls: float = 1.0,
+        corner: float = 0.25,
+    ) -> None:
+        """Some of each kind: up to a largest number, each of them with a probability.
+
+        Args:
+            kinds: kind, probability, largest number.
+            full: none where this share of the floor is under furniture.
+            walls: share that stands against a wall; the others stand free.
+            corner: how often in a corner, of those against a wall.
+        """
+        for kind, often, most in kinds:
+            for _ in range(self.rng.randint(0, most)):
+                if self.chance(often) and not self.full(full):
+                    if walls == 1.0 or self.chance(walls):
+                        self.against(kind, corner=corner)
+                    else:
+                        self.free(kind)

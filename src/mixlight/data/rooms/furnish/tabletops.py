@@ -38,7 +38,7 @@ class Tabletops(Space):
         tops = tops_of(self.items[index])
         if not tops:
             return None
-        item = self.make(thing) if isinstance(thing, str) else thing
+        item = self.chosen(thing)
         if item is None:
             return None
         below = self.items[index]

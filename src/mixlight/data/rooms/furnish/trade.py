@@ -41,19 +41,20 @@ def shop(room: Room) -> None:
                 ]
             )
             room.free(kind, margin=0.55)
-    for kind, often, most in (
-        ("plant", 0.5, 4),
-        ("box", 0.6, 4),
-        ("person", 0.2, 2),
-        ("basket", 0.6, 3),
-        ("chair", 0.4, 2),
-        ("bin", 0.6, 1),
-        ("pallet", 0.2, 2),
-        ("ladder", 0.12, 1),
-    ):
-        for _ in range(rng.randint(0, most)):
-            if room.chance(often) and not room.full(0.45):
-                (room.against if room.chance(0.7) else room.free)(kind)
+    room.scatter(
+        (
+            ("plant", 0.5, 4),
+            ("box", 0.6, 4),
+            ("person", 0.2, 2),
+            ("basket", 0.6, 3),
+            ("chair", 0.4, 2),
+            ("bin", 0.6, 1),
+            ("pallet", 0.2, 2),
+            ("ladder", 0.12, 1),
+        ),
+        full=0.45,
+        walls=0.7,
+    )
     for _ in range(rng.randint(1, 5)):
         room.hang(rng.choice(["mirror", "sign", "picture", "board"]), middle=(1.4, 2.0))
 
@@ -78,26 +79,27 @@ def workshop(room: Room) -> None:
     for _ in range(int(room.area / rng.uniform(9, 16))):
         if not room.full(0.45):
             room.free(rng.choice(["machine", "machine", "workbench", "pallet", "table"]), margin=0.5)
-    for kind, often, most in (
-        ("crate", 0.7, 5),
-        ("box", 0.8, 7),
-        ("pallet", 0.4, 3),
-        ("barrel", 0.4, 4),
-        ("ladder", 0.6, 2),
-        ("bin", 0.8, 2),
-        ("stool", 0.5, 3),
-        ("bicycle", 0.2, 2),
-        ("cable", 0.6, 3),
-        ("cleaning", 0.5, 2),
-        ("fan", 0.3, 1),
-        ("heater", 0.3, 1),
-        ("bag", 0.5, 3),
-        ("chair", 0.4, 2),
-        ("plant", 0.1, 1),
-    ):
-        for _ in range(rng.randint(0, most)):
-            if room.chance(often) and not room.full(0.5):
-                (room.against if room.chance(0.75) else room.free)(kind)
+    room.scatter(
+        (
+            ("crate", 0.7, 5),
+            ("box", 0.8, 7),
+            ("pallet", 0.4, 3),
+            ("barrel", 0.4, 4),
+            ("ladder", 0.6, 2),
+            ("bin", 0.8, 2),
+            ("stool", 0.5, 3),
+            ("bicycle", 0.2, 2),
+            ("cable", 0.6, 3),
+            ("cleaning", 0.5, 2),
+            ("fan", 0.3, 1),
+            ("heater", 0.3, 1),
+            ("bag", 0.5, 3),
+            ("chair", 0.4, 2),
+            ("plant", 0.1, 1),
+        ),
+        full=0.5,
+        walls=0.75,
+    )
     for kind, most in (
         ("tool_board", 2),
         ("wall_shelf", 2),

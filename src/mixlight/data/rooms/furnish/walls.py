@@ -34,7 +34,7 @@ class Walls(Space):
         `near`: the place nearest to another thing of a few that are free.
         """
         rng, ground = self.rng, self.ground
-        item = self.make(thing, **limits) if isinstance(thing, str) else thing
+        item = self.chosen(thing, **limits)
         if item is None:
             return None
         width, depth, height = item.size
@@ -91,7 +91,7 @@ class Walls(Space):
     ) -> Placed | None:
         """On a wall, its middle between two heights or its underside at `bottom`."""
         rng, ground = self.rng, self.ground
-        item = self.make(thing, **limits) if isinstance(thing, str) else thing
+        item = self.chosen(thing, **limits)
         if item is None:
             return None
         width, depth, height = item.size
